@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <stop_token>
+#include <vector>
+
+#include "core/base/progress.h"
+#include "core/base/solve_summary.h"
+#include "core/geon/geon.h"
+#include "core/geometry/point_cloud.h"
+
+namespace geond {
+
+struct FitOptions {
+  enum class Optimizer { kMultiStart, kVfsr };
+  Optimizer optimizer = Optimizer::kMultiStart;
+  std::vector<GeonType> types{kGeonTypes.begin(), kGeonTypes.end()};
+  double lambda = 5.0;          // weight of the normals in E = t1 + lambda gamma t2 (5.18) when the model is chosen
+  double search_lambda = 0.3;   // ... while searching
+  double report_lambda = 0.5;   // ... when the reported parameters are refined
+  double fallback_ratio = 1.10;      // a deformed winner falls back to its base type if
+  double fallback_distance = 0.001;  // E_base <= fallback_ratio E + fallback_distance D, D the diagonal of the data
+  int max_points = 1500;        // more are thinned, evenly and deterministically
+  std::uint64_t seed = 1;
+  int threads = 0;
+};
+
+// One type fitted to the data.
+struct GeonFit {
+  Geon geon;                    // canonical
+  double residual = 0.0;        // mean first-order orthogonal distance to the surface, m (correction 11)
+  double objective = 0.0;       // E at lambda, m
+  double t1 = 0.0;              // (5.19), m
+  double t2 = 0.0;              // (5.24)
+  double confidence = 0.0;      // that the type is right, 0 to 1; of the first fit only
+  double margin = 0.0;          // objective of the best other choice over this one's; of the first fit only
+  std::vector<double> deviation;  // standard deviations: position 3 (m), rotation 3 (rad), size 3 (m), taper 2, bend (1/m);
+                                  // infinite where the data do not say; empty if not computed
+  int evaluations = 0;
+  SolveSummary summary;
+};
+
+// Fits every type asked for and orders them: the chosen one first, the others by objective. `part` needs outward unit
+// normals; points that are not finite are dropped. Throws std::invalid_argument if fewer than 12 usable points or no
+// normals, and Cancelled.
+std::vector<GeonFit> FitGeons(const PointCloud& part, const FitOptions& options = {}, std::stop_token stop = {},
+                              const StepObserver& on_step = {});
+
+}  // namespace geond
