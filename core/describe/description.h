@@ -42,8 +42,10 @@ struct ObjectDescription {
   std::vector<std::string> notes;                       // what was assumed or should be known
 };
 
-// The parts with their fits (one list a part, best first; empty where a part could not be fitted) and their relations.
+// The parts with their data and fits (a part; fits best first, none where it could not be fitted) and their relations.
+// Throws std::invalid_argument if sizes do not fit.
 ObjectDescription DescribeParts(const TriangleMesh& mesh, const PartSegmentation& segmentation,
+                                const std::vector<PointCloud>& part_clouds,
                                 const std::vector<std::vector<GeonFit>>& fits);
 
 // The JSON of `geon describe --json` on one line: lengths in mm, quaternion w first, version.

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/describe/description.h"
+
+#include <cmath>
+#include <cstdio>
+#include <stdexcept>
+
+#include <nlohmann/json.hpp>
+
+#include "core/describe/relations.h"
+
+namespace geond {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr double kMillimetres = 1e3;  // in a metre
+
+Json ToArray(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+// Numbers that are not finite have no form in JSON.
+Json FiniteOrNull(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+Json PoseToJson(const Pose& X_TG) {
+  const Eigen::Quaterniond& q = X_TG.rotation();
+  return {{"position_mm", ToArray(X_TG.translation() * kMillimetres)},
+          {"quaternion", {{"w", q.w()}, {"x", q.x()}, {"y", q.y()}, {"z", q.z()}}}};
+}
+
+// Standard deviations of the reported parameters; null where the data do not say.
+Json DeviationToJson(const std::vector<double>& deviation) {
+  const auto some = [&](std::size_t from, std::size_t count, double factor) {
+    Json values = Json::array();
+    for (std::size_t i = from; i < from + count; ++i) values.push_back(FiniteOrNull(deviation[i] * factor));
+    return values;
+  };
+  return {{"position_mm", some(0, 3, kMillimetres)}, {"rotation_rad", some(3, 3, 1.0)},
+          {"size_mm", some(6, 3, kMillimetres)},     {"taper", some(9, 2, 1.0)},
+          {"bend_per_mm", FiniteOrNull(deviation[11] / kMillimetres)}};
+}
+
+Json PartToJson(const DescribedPart& part) {
+  const GeonFit& fit = part.fits.front();
+  Json models = Json::array();
+  for (const GeonFit& other : part.fits) {
+    models.push_back({{"type", GeonTypeName(other.geon.type)},
+                      {"residual_mm", FiniteOrNull(other.residual * kMillimetres)},
+                      {"objective_mm", FiniteOrNull(other.objective * kMillimetres)}});
+  }
+  Json json{{"id", part.id},
+            {"type", GeonTypeName(fit.geon.type)},
+            {"type_index", static_cast<int>(fit.geon.type)},
+            {"pose", PoseToJson(fit.geon.X_TG)},
+            {"size_mm", ToArray(fit.geon.size * kMillimetres)},
+            {"taper", {fit.geon.taper.x(), fit.geon.taper.y()}},
+            {"bend_per_mm", fit.geon.bend / kMillimetres},
+            {"residual_mm", fit.residual * kMillimetres},
+            {"t1_mm", fit.t1 * kMillimetres},
+            {"t2", fit.t2},
+            {"margin", FiniteOrNull(fit.margin)},
+            {"confidence", fit.confidence},
+            {"points", part.points},
+            {"area_mm2", part.area * kMillimetres * kMillimetres},
+            {"significance", part.significance},
+            {"all_models", models}};
+  if (fit.deviation.size() == 12) json["deviation"] = DeviationToJson(fit.deviation);
+  return json;
+}
+
+Json RelationToJson(const PartRelation& relation) {
+  return {{"a", relation.a},
+          {"b", relation.b},
+          {"touching", relation.touching},
+          {"contact_mm", ToArray(relation.contact * kMillimetres)},
+          {"direction", ToArray(relation.direction)},
+          {"distance_mm", relation.distance * kMillimetres},
+          {"boundary_length_mm", relation.boundary_length * kMillimetres},
+          {"boundary_strength", relation.boundary_strength},
+          {"size_ratio", relation.size_ratio},
+          {"vertical", relation.vertical},
+          {"joint", relation.joint},
+          {"sentence", relation.sentence}};
+}
+
+template <typename... Values>
+std::string Format(const char* format, Values... values) {
+  std::string text(static_cast<std::size_t>(std::snprintf(nullptr, 0, format, values...)), '\0');
+  std::snprintf(text.data(), text.size() + 1, format, values...);
+  return text;
+}
+
+}  // namespace
+
+ObjectDescription DescribeParts(const TriangleMesh& mesh, const PartSegmentation& segmentation,
+                                const std::vector<PointCloud>& part_clouds,
+                                const std::vector<std::vector<GeonFit>>& fits) {
+  if (static_cast<int>(fits.size()) != segmentation.n_parts || part_clouds.size() != fits.size() ||
+      segmentation.labels.size() != mesh.triangles.size()) {
+    throw std::invalid_argument("DescribeParts: fits, parts and triangles are not of one object");
+  }
+  ObjectDescription description;
+  std::vector<double> area(segmentation.n_parts, 0.0);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (segmentation.labels[t] >= 0) area[segmentation.labels[t]] += TriangleAreaVector(mesh, static_cast<int>(t)).norm();
+  }
+  for (int label = 0; label < segmentation.n_parts; ++label) {
+    if (fits[label].empty()) {
+      description.notes.push_back("part " + std::to_string(label + 1) + " has too few data to fit a shape to; left out");
+      continue;
+    }
+    DescribedPart part;
+    part.id = label + 1;
+    part.fits = fits[label];
+    part.area = area[label];
+    part.points = static_cast<int>(part_clouds[label].size());
+    if (label < static_cast<int>(segmentation.significance.size())) part.significance = segmentation.significance[label];
+    description.parts.push_back(std::move(part));
+  }
+  description.relations = RelateParts(mesh, segmentation, description.parts);
+  return description;
+}
+
+std::string ToJson(const ObjectDescription& description) {
+  Json parts = Json::array(), relations = Json::array(), seconds = Json::object();
+  for (const DescribedPart& part : description.parts) parts.push_back(PartToJson(part));
+  for (const PartRelation& relation : description.relations) relations.push_back(RelationToJson(relation));
+  for (const auto& [step, time] : description.seconds) seconds[step] = time;
+  return Json{{"n_parts", description.parts.size()}, {"parts", parts},   {"relations", relations},
+              {"notes", description.notes},          {"seconds", seconds}, {"version", GEOND_VERSION}}
+      .dump();
+}
+
+std::string ToText(const ObjectDescription& description) {
+  const std::size_t n = description.parts.size();
+  std::string text = Format("%zu part%s\n", n, n == 1 ? "" : "s");
+  for (const DescribedPart& part : description.parts) {
+    const GeonFit& fit = part.fits.front();
+    const Eigen::Vector3d size = fit.geon.size * kMillimetres, at = fit.geon.X_TG.translation() * kMillimetres;
+    text += Format("  %d  %-16s  half sizes %.1f x %.1f x %.1f mm", part.id,
+                   std::string(GeonTypeName(fit.geon.type)).c_str(), size.x(), size.y(), size.z());
+    if (IsTapered(fit.geon.type)) text += Format(", taper %.2f %.2f", fit.geon.taper.x(), fit.geon.taper.y());
+    if (IsCurved(fit.geon.type)) text += Format(", bend radius %.1f mm", kMillimetres / fit.geon.bend);
+    text += Format(", at (%.1f %.1f %.1f) mm, residual %.2f mm, confidence %.2f\n", at.x(), at.y(), at.z(),
+                   fit.residual * kMillimetres, fit.confidence);
+  }
+  for (const PartRelation& relation : description.relations) text += "  " + relation.sentence + "\n";
+  for (const std::string& note : description.notes) text += "  note: " + note + "\n";
+  return text;
+}
+
+}  // namespace geond
