@@ -40,7 +40,7 @@ GeonType GeonTypeFromName(std::string_view name);
 // tapered, X = (Kx z/az + 1) x, Y = (Ky z/az + 1) y (5.4), or bent towards +x (5.8).
 struct Geon {
   GeonType type = GeonType::kEllipsoid;
-  Pose X_TG;                                             // G in the frame of the data
+  Pose X_TG = {};                                        // G in the frame of the data
   Eigen::Vector3d size = Eigen::Vector3d::Ones();        // half sizes ax, ay, az, m
   Eigen::Vector2d taper = Eigen::Vector2d::Zero();       // Kx, Ky in [0, 1); the +z end is the larger
   double bend = 0.0;                                     // curvature kappa >= 0, 1/m
