@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/geometry/cloud_normals.h"
+
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+#include <stdexcept>
+
+#include <Eigen/Eigenvalues>
+#include <nanoflann.hpp>
+
+#include "core/base/parallel.h"
+
+namespace geond {
+namespace {
+
+struct PointsAdaptor {
+  const std::vector<Eigen::Vector3d>& points;
+  std::size_t kdtree_get_point_count() const { return points.size(); }
+  double kdtree_get_pt(std::size_t i, std::size_t axis) const { return points[i][static_cast<int>(axis)]; }
+  template <class Box>
+  bool kdtree_get_bbox(Box&) const { return false; }
+};
+
+using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, PointsAdaptor>, PointsAdaptor, 3>;
+
+// Directions spread over the upper half sphere (Fibonacci).
+std::vector<Eigen::Vector3d> HalfSphere(int count) {
+  std::vector<Eigen::Vector3d> directions;
+  for (int i = 0; i < count; ++i) {
+    const double z = (i + 0.5) / count, radius = std::sqrt(1.0 - z * z);
+    const double angle = i * std::numbers::pi * (3.0 - std::sqrt(5.0));
+    directions.push_back({radius * std::cos(angle), radius * std::sin(angle), z});
+  }
+  return directions;
+}
+
+}  // namespace
+
+PointCloud EstimateCloudNormals(PointCloud cloud, int neighbors, int threads) {
+  if (static_cast<int>(cloud.size()) < neighbors || neighbors < 3) {
+    throw std::invalid_argument("EstimateCloudNormals: " + std::to_string(cloud.size()) + " points are too few");
+  }
+  const PointsAdaptor adaptor{cloud.points};
+  Tree tree(3, adaptor, nanoflann::KDTreeSingleIndexAdaptorParams(16));
+  tree.buildIndex();
+  cloud.normals.resize(cloud.size());
+  cloud.normal_residuals.resize(cloud.size());
+  ParallelFor(static_cast<std::ptrdiff_t>(cloud.size()), threads, 256, [&](std::ptrdiff_t i) {
+    std::vector<std::uint32_t> index(neighbors);
+    std::vector<double> squared_distance(neighbors);
+    tree.knnSearch(cloud.points[i].data(), neighbors, index.data(), squared_distance.data());
+    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+    for (std::uint32_t j : index) mean += cloud.points[j];
+    mean /= neighbors;
+    Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
+    for (std::uint32_t j : index) scatter += (cloud.points[j] - mean) * (cloud.points[j] - mean).transpose();
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(scatter);
+    cloud.normals[i] = eigen.eigenvectors().col(0).normalized();
+    cloud.normal_residuals[i] = std::sqrt(std::max(0.0, eigen.eigenvalues()[0]) / neighbors);
+  });
+  return cloud;
+}
+
+PointCloud OrientTowards(PointCloud cloud, const Eigen::Vector3d& viewpoint) {
+  if (!cloud.has_normals()) throw std::invalid_argument("OrientTowards: the cloud has no normals");
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    if (cloud.normals[i].dot(viewpoint - cloud.points[i]) < 0.0) cloud.normals[i] = -cloud.normals[i];
+  }
+  return cloud;
+}
+
+Eigen::Vector3d GuessViewingSide(const PointCloud& cloud) {
+  if (!cloud.has_normals()) throw std::invalid_argument("GuessViewingSide: the cloud has no normals");
+  // Pairs of neighbours of an even thinning.
+  constexpr std::size_t kSamples = 2000;
+  constexpr int kNeighbors = 6;
+  const std::size_t step = std::max<std::size_t>(1, cloud.size() / kSamples);
+  std::vector<int> kept;
+  for (std::size_t i = 0; i < cloud.size(); i += step) kept.push_back(static_cast<int>(i));
+  const PointCloud thin = Select(cloud, kept);
+  const PointsAdaptor adaptor{thin.points};
+  Tree tree(3, adaptor, nanoflann::KDTreeSingleIndexAdaptorParams(16));
+  tree.buildIndex();
+  const std::size_t wanted = std::min<std::size_t>(kNeighbors, thin.size());
+  std::vector<std::pair<int, int>> pairs;
+  for (std::size_t i = 0; i < thin.size(); ++i) {
+    std::vector<std::uint32_t> index(wanted);
+    std::vector<double> squared_distance(wanted);
+    const std::size_t found = tree.knnSearch(thin.points[i].data(), wanted, index.data(), squared_distance.data());
+    for (std::size_t k = 0; k < found; ++k) pairs.emplace_back(static_cast<int>(i), static_cast<int>(index[k]));
+  }
+
+  Eigen::Vector3d best = Eigen::Vector3d::UnitZ();
+  double best_agreement = -std::numeric_limits<double>::infinity();
+  for (const Eigen::Vector3d& direction : HalfSphere(200)) {
+    double agreement = 0.0;
+    for (const auto& [i, j] : pairs) {
+      const double sign = thin.normals[i].dot(direction) * thin.normals[j].dot(direction) < 0.0 ? -1.0 : 1.0;
+      agreement += sign * thin.normals[i].dot(thin.normals[j]);
+    }
+    if (agreement > best_agreement) best_agreement = agreement, best = direction;
+  }
+
+  // Many directions agree about as well: the mean of the normals, turned their way, is in the middle of them.
+  for (int round = 0; round < 3; ++round) {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (const Eigen::Vector3d& n : thin.normals) sum += n.dot(best) < 0.0 ? Eigen::Vector3d(-n) : n;
+    best = sum.normalized();
+  }
+
+  // A body bulges towards the one who looks at it: normals point away from the middle.
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& p : thin.points) mean += p;
+  mean /= static_cast<double>(thin.size());
+  double bulge = 0.0;
+  for (std::size_t i = 0; i < thin.size(); ++i) {
+    const double sign = thin.normals[i].dot(best) < 0.0 ? -1.0 : 1.0;
+    bulge += sign * thin.normals[i].dot(thin.points[i] - mean);
+  }
+  return bulge < 0.0 ? Eigen::Vector3d(-best) : best;
+}
+
+}  // namespace geond
