@@ -34,19 +34,20 @@ struct RangeView {
   bool IsObject(std::size_t pixel) const { return classes[pixel] == PixelClass::kObject; }
 };
 
-// Points and normals of the object pixels of a view that have a normal, in S, in the order of the pixels.
+// Points and normals of the object pixels of a view that have a normal, with the residuals of the fit, in S, in the order of the pixels.
 PointCloud ViewCloud(const RangeView& view);
 
 struct NormalOptions {
   int window = 5;                 // pixels a side, odd, >= 3
   double max_depth_jump = 0.0;    // m: neighbours further than this along z from the centre do not take part; 0: six times
-                                  // the depth noise plus the depth change of a surface at max_incidence over a pixel
+                                  // the depth noise plus the depth change of a surface at max_incidence over as many pixels
   double max_incidence = 1.45;    // rad, angle of normal and line of sight: above it a pixel is rejected as grazing
-  int min_neighbors = 5;          // fewer: no normal, pixel rejected
+  int min_neighbors = 5;          // beside the pixel itself; fewer (or all in a line): no normal, pixel rejected
 };
 
 // The view with a plane fitted to the neighbourhood of every object pixel (least squares, thesis 6.1): normals_S and
-// normal_residuals are set, pixels without a trustworthy normal become kRejected.
+// normal_residuals are set, pixels without a trustworthy normal become kRejected. The same bits for any number of threads.
+// Throws std::invalid_argument if lists and image do not agree in size or an option is out of its range.
 RangeView EstimateNormals(RangeView view, const NormalOptions& options = {}, int threads = 0);
 
 }  // namespace geond
