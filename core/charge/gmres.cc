@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/charge/gmres.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstddef>
+
+#include "core/base/parallel.h"
+#include "core/base/progress.h"
+
+namespace geond::charge {
+namespace {
+
+// Sums are taken over blocks of fixed size and the blocks added in order, so that threads change nothing.
+constexpr std::size_t kBlock = 4096;
+
+struct Blocks {
+  std::size_t n;
+  int threads;
+  std::size_t count() const { return (n + kBlock - 1) / kBlock; }
+  template <typename Body>
+  void ForEach(const Body& body) const {
+    const int used = n < 8 * kBlock ? 1 : threads;
+    ParallelFor(static_cast<std::ptrdiff_t>(count()), used, 1, [&](std::ptrdiff_t block) {
+      const std::size_t begin = block * kBlock;
+      body(static_cast<std::size_t>(block), begin, std::min(n, begin + kBlock));
+    });
+  }
+};
+
+double Dot(const double* a, const double* b, std::size_t begin, std::size_t end) {
+  double sum[8] = {};
+  std::size_t i = begin;
+  for (; i + 8 <= end; i += 8) {
+    for (int lane = 0; lane < 8; ++lane) sum[lane] += a[i + lane] * b[i + lane];
+  }
+  for (; i < end; ++i) sum[0] += a[i] * b[i];
+  return ((sum[0] + sum[1]) + (sum[2] + sum[3])) + ((sum[4] + sum[5]) + (sum[6] + sum[7]));
+}
+
+double Norm(const Blocks& blocks, const double* a) {
+  std::vector<double> parts(blocks.count());
+  blocks.ForEach([&](std::size_t block, std::size_t begin, std::size_t end) { parts[block] = Dot(a, a, begin, end); });
+  double sum = 0.0;
+  for (double part : parts) sum += part;
+  return std::sqrt(sum);
+}
+
+// Takes from w its components along the first `count` basis vectors and adds them to h. Returns |w| before.
+double Orthogonalise(const Blocks& blocks, const std::vector<std::vector<double>>& basis, std::size_t count,
+                     std::vector<double>& w, std::vector<double>& h) {
+  std::vector<double> parts(blocks.count() * (count + 1)), along(count + 1, 0.0);
+  blocks.ForEach([&](std::size_t block, std::size_t begin, std::size_t end) {
+    for (std::size_t j = 0; j < count; ++j) parts[block * (count + 1) + j] = Dot(basis[j].data(), w.data(), begin, end);
+    parts[block * (count + 1) + count] = Dot(w.data(), w.data(), begin, end);
+  });
+  for (std::size_t i = 0; i < parts.size(); ++i) along[i % (count + 1)] += parts[i];
+  blocks.ForEach([&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t j = 0; j < count; ++j) {
+      for (std::size_t i = begin; i < end; ++i) w[i] -= along[j] * basis[j][i];
+    }
+  });
+  for (std::size_t j = 0; j < count; ++j) h[j] += along[j];
+  return std::sqrt(along[count]);
+}
+
+}  // namespace
+
+GmresResult SolveGmres(const LinearMap& A, const LinearMap& precondition, std::span<const double> b,
+                       const GmresOptions& options, const std::stop_token& stop,
+                       const std::function<void(int, double)>& on_iteration) {
+  const auto start = std::chrono::steady_clock::now();
+  const std::size_t n = b.size();
+  const Blocks blocks{n, options.threads};
+  GmresResult result;
+  result.x.assign(n, 0.0);
+  const double b_norm = Norm(blocks, b.data());
+  if (b_norm == 0.0) {
+    result.summary.converged = true;
+    result.summary.message = "nothing to solve";
+    return result;
+  }
+
+  std::vector<std::vector<double>> basis(1, std::vector<double>(b.begin(), b.end()));
+  for (double& value : basis[0]) value /= b_norm;
+  std::vector<std::vector<double>> R;                // upper triangle, a column an iteration
+  std::vector<double> cosine, sine, g = {b_norm};  // Givens rotations, and the right-hand side they have turned
+  std::vector<double> z(n), w(n);
+  result.summary.residual = 1.0;
+  std::size_t k = 0;
+  for (; k < static_cast<std::size_t>(options.max_iterations); ++k) {
+    if (result.summary.residual <= options.tolerance) break;
+    ThrowIfStopped(stop);
+    precondition(basis[k], z);
+    A(z, w);
+    std::vector<double> h(k + 2, 0.0);
+    const double before = Orthogonalise(blocks, basis, k + 1, w, h);
+    Orthogonalise(blocks, basis, k + 1, w, h);  // twice is enough
+    h[k + 1] = Norm(blocks, w.data());
+    const bool exhausted = !(h[k + 1] > 1e-15 * before);
+    for (std::size_t j = 0; j < k; ++j) {
+      const double upper = cosine[j] * h[j] + sine[j] * h[j + 1];
+      h[j + 1] = cosine[j] * h[j + 1] - sine[j] * h[j];
+      h[j] = upper;
+    }
+    const double radius = std::hypot(h[k], h[k + 1]);
+    if (!(radius > 0.0) || !std::isfinite(radius)) break;  // nothing new: the matrix is singular, or a value is not finite
+    cosine.push_back(h[k] / radius);
+    sine.push_back(h[k + 1] / radius);
+    const double last = h[k + 1];
+    h[k] = radius;
+    g.push_back(-sine[k] * g[k]);
+    g[k] *= cosine[k];
+    R.push_back(std::move(h));
+    result.summary.residual = std::abs(g[k + 1]) / b_norm;
+    if (on_iteration) on_iteration(static_cast<int>(k + 1), result.summary.residual);
+    if (exhausted) {
+      ++k;
+      break;
+    }
+    basis.push_back(w);
+    for (double& value : basis.back()) value /= last;
+  }
+
+  std::vector<double> y(k);
+  for (std::size_t i = k; i-- > 0;) {
+    double sum = g[i];
+    for (std::size_t j = i + 1; j < k; ++j) sum -= R[j][i] * y[j];
+    y[i] = sum / R[i][i];
+  }
+  std::fill(w.begin(), w.end(), 0.0);
+  blocks.ForEach([&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t j = 0; j < k; ++j) {
+      for (std::size_t i = begin; i < end; ++i) w[i] += y[j] * basis[j][i];
+    }
+  });
+  precondition(w, result.x);
+  result.summary.iterations = static_cast<int>(k);
+  result.summary.converged = result.summary.residual <= options.tolerance;
+  result.summary.message = result.summary.converged ? "converged" : "the residual stopped above the tolerance";
+  result.summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return result;
+}
+
+}  // namespace geond::charge
