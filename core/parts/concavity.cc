@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+// How concave the surface is across an edge, pooled over a length.
+#include "core/parts/concavity.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace geond {
+namespace {
+
+// One side of an edge: sums over its triangles.
+struct Side {
+  Eigen::Vector3d area_vector = Eigen::Vector3d::Zero();
+  Eigen::Vector3d moment = Eigen::Vector3d::Zero();
+  double area = 0.0;
+
+  void Add(const PartSurface& surface, int t) {
+    area_vector += surface.area_vectors[t];
+    moment += surface.areas[t] * surface.centroids[t];
+    area += surface.areas[t];
+  }
+};
+
+double Between(const Side& a, const Side& b) {
+  if (a.area <= 0.0 || b.area <= 0.0) return 0.0;
+  const Eigen::Vector3d normal_a = a.area_vector.stableNormalized(), normal_b = b.area_vector.stableNormalized();
+  const Eigen::Vector3d way = a.moment / a.area - b.moment / b.area;
+  const double length = way.norm();
+  return length > 0.0 ? (normal_b - normal_a).dot(way) / (2.0 * length) : 0.0;
+}
+
+}  // namespace
+
+double Concavity(const PartSurface& surface, std::span<const int> a, std::span<const int> b) {
+  Side side_a, side_b;
+  for (int t : a) side_a.Add(surface, t);
+  for (int t : b) side_b.Add(surface, t);
+  return Between(side_a, side_b);
+}
+
+double ConcavityBetweenLabels(const PartSurface& surface, BallWalk& walk, const SurfaceEdge& edge,
+                              const std::vector<int>& labels, double radius) {
+  const int label_a = labels[edge.triangle], label_b = labels[edge.other];
+  Eigen::Vector3d facing = surface.area_vectors[edge.triangle].stableNormalized() +
+                           surface.area_vectors[edge.other].stableNormalized();
+  const std::vector<int>& ball = walk.Collect(edge.triangle, edge.other, edge.middle, radius);
+  for (int pass = 0; pass < 2; ++pass) {  // the facing from the near half of the ball, then the sides
+    Side a, b;
+    const double limit = pass == 0 ? 0.25 * radius * radius : radius * radius;
+    for (int t : ball) {
+      if (t != edge.triangle && t != edge.other) {
+        if ((surface.centroids[t] - edge.middle).squaredNorm() > limit) continue;
+        if (surface.area_vectors[t].dot(facing) <= 0.0) continue;
+      }
+      if (labels[t] == label_a) a.Add(surface, t);
+      if (labels[t] == label_b) b.Add(surface, t);
+    }
+    if (pass == 1) return Between(a, b);
+    facing = a.area_vector.stableNormalized() + b.area_vector.stableNormalized();
+  }
+  return 0.0;
+}
+
+double ConcavityAcross(const PartSurface& surface, BallWalk& walk, const SurfaceEdge& edge, double radius) {
+  const Eigen::Vector3d across = surface.centroids[edge.other] - surface.centroids[edge.triangle];
+  const Eigen::Vector3d facing = surface.area_vectors[edge.triangle].stableNormalized() +
+                                 surface.area_vectors[edge.other].stableNormalized();
+  Side a, b;
+  for (int t : walk.Collect(edge.triangle, edge.other, edge.middle, radius)) {
+    if (t == edge.triangle) {
+      a.Add(surface, t);
+    } else if (t == edge.other) {
+      b.Add(surface, t);
+    } else if (surface.area_vectors[t].dot(facing) > 0.0) {
+      ((surface.centroids[t] - edge.middle).dot(across) < 0.0 ? a : b).Add(surface, t);
+    }
+  }
+  return Between(a, b);
+}
+
+}  // namespace geond

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+// The default segmentation: gate for single parts, watershed, merge, snap, merge again.
+#include "core/parts/watershed_parts.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/progress.h"
+#include "core/parts/hull_depth.h"
+#include "core/parts/part_merge.h"
+#include "core/parts/part_snap.h"
+#include "core/parts/watershed.h"
+
+namespace geond {
+
+std::vector<int> SegmentByWatershed(PartSurface& surface, const std::vector<double>& charge,
+                                    const WatershedSettings& settings, std::string& message, std::stop_token stop) {
+  const double size = surface.size;
+  if (!(size > 0.0)) {
+    message = "no area: one part";
+    return std::vector<int>(surface.n(), 0);
+  }
+  const double rough = surface.noise / surface.edge - settings.smooth_beyond;
+  SmoothTaubin(surface, static_cast<int>(std::ceil(settings.smoothing * std::max(0.0, rough))));
+  ThrowIfStopped(stop);
+
+  const double radius = std::max(settings.concavity_radius * size, settings.radius_in_edges * surface.edge);
+  const double depth = GreatestHullDepth(surface, radius);
+  if (depth < settings.gate * size + settings.gate_noise * surface.noise) {
+    message = "convex within its noise: one part";
+    return std::vector<int>(surface.n(), 0);
+  }
+  const std::vector<double> height =
+      BallMean(surface, charge, std::max(settings.charge_radius * size, surface.edge));
+  std::vector<int> labels = Watershed(surface, height);
+  ThrowIfStopped(stop);
+
+  MergeSettings merge;
+  merge.radius = radius;
+  merge.small_area = settings.small_area;
+  const double doubt = settings.noise_threshold * surface.noise / radius;
+  merge.threshold = settings.first_threshold + doubt;
+  MergeRegions(surface, merge, labels, stop);
+
+  SnapSettings snap;
+  snap.radius = std::max(settings.snap_radius * size, surface.edge);
+  snap.band = std::max(settings.snap_band * size, 2.0 * surface.edge);
+  snap.scale = settings.snap_scale;
+  SnapBoundaries(surface, snap, labels, stop);
+  merge.threshold = settings.final_threshold + doubt;
+  MergeRegions(surface, merge, labels, stop);
+  message = *std::max_element(labels.begin(), labels.end()) > 0 ? "cut where the surface is concave between charged regions"
+                                                                : "no concavity divides it: one part";
+  return labels;
+}
+
+}  // namespace geond
