@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+typedef struct _modbus modbus_t;
+
+namespace geond::drivers {
+
+// Where a Modbus device is reached: a serial line (RTU) if `serial_device` is set, else TCP.
+struct ModbusAddress {
+  std::string serial_device;
+  int baud = 115200;
+  char parity = 'E';
+  int stop_bits = 1;
+  std::string host;
+  int port = 502;
+  int unit = 1;
+  std::chrono::milliseconds response_timeout{100};
+};
+
+// One Modbus connection with no recovery of libmodbus' own. After any failure the next request first makes sure that no
+// late reply is under way, so that a stale reply is never taken for a fresh one. Blocking; one thread at a time.
+// Every request throws TimeoutError (no reply in time) or DeviceError (refused, broken, line lost).
+class ModbusLink {
+ public:
+  // `name` is the device, for messages. `probe` is a register that can be read at any time.
+  ModbusLink(std::string name, ModbusAddress address, std::uint16_t probe);
+  ~ModbusLink();
+  ModbusLink(ModbusLink&&) noexcept = default;
+  ModbusLink& operator=(ModbusLink&&) noexcept = default;
+
+  bool connected() const { return context_ != nullptr; }
+  void Connect();
+  void Close() noexcept { context_.reset(); }
+  std::vector<std::uint16_t> Read(std::uint16_t address, int count);
+  void Write(std::uint16_t address, std::span<const std::uint16_t> values);
+
+ private:
+  struct Free { void operator()(modbus_t* context) const; };
+  void Ready();
+  void Resynchronise();
+  // Throws away what comes in until nothing has for a response timeout; false if it never ends.
+  bool DrainUntilQuiet();
+  [[noreturn]] void Fail(const std::string& call, int error);
+
+  std::string name_;
+  ModbusAddress address_;
+  std::uint16_t probe_;
+  std::unique_ptr<modbus_t, Free> context_;
+  bool suspect_ = false;  // a reply may still be under way
+};
+
+}  // namespace geond::drivers
