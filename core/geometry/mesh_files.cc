@@ -29,7 +29,6 @@ std::string ReadBytes(const fs::path& path) {
   if (!fs::is_regular_file(status)) throw FileError(path.string(), "open", "it is no plain file");
   const std::uintmax_t size = fs::file_size(path, error);
   if (error) throw FileError(path.string(), "open", error.message());
-  if (size == 0) throw FileError(path.string(), "read byte 0", "the file is empty");
   if (size > kMaxFileBytes) throw FileError(path.string(), "open", "it is larger than 1 GiB", "Thin it out first");
   std::ifstream file(path, std::ios::binary);
   if (!file) throw FileError(path.string(), "open", "it cannot be opened", "Check the permissions");
@@ -42,7 +41,7 @@ std::string ReadBytes(const fs::path& path) {
   return bytes;
 }
 
-void RefusePacked(const std::string& bytes, const std::string& name) {
+void RefusePacked(std::string_view bytes, const std::string& name) {
   struct Packing {
     std::string_view magic;
     const char* command;
@@ -50,7 +49,7 @@ void RefusePacked(const std::string& bytes, const std::string& name) {
   constexpr Packing kPackings[] = {{"\xfd" "7zXZ", "xz -dk"}, {"\x1f\x8b", "gunzip -k"}, {"BZh", "bunzip2 -k"},
                                    {"PK\x03\x04", "unzip"},   {"7z\xbc\xaf", "7z x"},    {"\x28\xb5\x2f\xfd", "unzstd"}};
   for (const Packing& packing : kPackings) {
-    if (bytes.compare(0, packing.magic.size(), packing.magic) == 0) {
+    if (bytes.substr(0, packing.magic.size()) == packing.magic) {
       const bool tar = name.find(".tar.") != std::string::npos;
       throw FileError(name, "read", "the file is packed",
                       "Unpack it first (" + std::string(tar ? "tar -xf" : packing.command) + " " + name + ")");
@@ -84,7 +83,11 @@ void WriteBytes(const fs::path& path, const std::string& bytes) {
 }  // namespace
 
 GeometryFile ReadGeometry(const fs::path& path) {
-  const std::string bytes = ReadBytes(path);
+  return ParseGeometry(ReadBytes(path), path);
+}
+
+GeometryFile ParseGeometry(std::string_view bytes, const fs::path& path) {
+  if (bytes.empty()) throw FileError(path.string(), "read byte 0", "the file is empty");
   RefusePacked(bytes, path.string());
   return ReadByKind({bytes, path.string()}, LowerExtension(path));
 }

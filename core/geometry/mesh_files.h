@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <map>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/geometry/point_cloud.h"
@@ -23,6 +24,8 @@ struct GeometryFile {
 // [nx ny nz]), by content and ending. Equal vertices are welded in STL, and in a mesh that is not closed as it stands. Throws
 // FileError, naming line or byte, on anything broken; never allocates more than the file's size justifies.
 GeometryFile ReadGeometry(const std::filesystem::path& path);
+// The same from a file's bytes in memory; `path` gives the ending and the name for errors.
+GeometryFile ParseGeometry(std::string_view bytes, const std::filesystem::path& path);
 
 // Writes by the ending: .ply (binary little-endian) .off .obj .stl (binary). `triangle_values` (PLY only): float properties
 // a face, by name. Throws FileError.
