@@ -28,16 +28,19 @@ struct FitOptions {
 
 // One type fitted to the data.
 struct GeonFit {
-  Geon geon;                    // canonical
+  Geon geon;                    // canonical, its parameters refined at report_lambda
   double residual = 0.0;        // mean first-order orthogonal distance to the surface, m (correction 11)
-  double objective = 0.0;       // E at lambda, m
-  double t1 = 0.0;              // (5.19), m
-  double t2 = 0.0;              // (5.24)
+  double objective = 0.0;       // the least E at lambda, m; what the types are compared by
+  double t1 = 0.0;              // (5.19) there, m
+  double t2 = 0.0;              // (5.24) there
   double confidence = 0.0;      // that the type is right, 0 to 1; of the first fit only
-  double margin = 0.0;          // objective of the best other choice over this one's; of the first fit only
+  double margin = 0.0;          // least objective of another type, but for deformations of this one, over this
+                                // one's; of the first fit only
   std::vector<double> deviation;  // standard deviations: position 3 (m), rotation 3 (rad), size 3 (m), taper 2, bend (1/m);
                                   // infinite where the data do not say; empty if not computed
-  int evaluations = 0;
+  int points = 0;               // different, finite points with normals that were used
+  int points_dropped = 0;       // ... and those that were not
+  int evaluations = 0;          // of the objective
   SolveSummary summary;
 };
 

@@ -23,7 +23,7 @@ using namespace lanes;
   }
 
 #define GEOND_KERNELS(SUFFIX, TARGET)                                                                               \
-  TARGET MisfitSums Sum##SUFFIX(const GeonState& state, const LanePoints& points) {                                 \
+  TARGET MisfitSums Sum##SUFFIX(const GeonState& state, const LanePoints& points, double floor) {                   \
     MisfitSums sums;                                                                                                \
     GEOND_FOR_EACH_TYPE(GEOND_SUM)                                                                                  \
     return sums;                                                                                                    \
@@ -35,7 +35,7 @@ using namespace lanes;
                                     double floor, MisfitDerivatives& out) {                                         \
     GEOND_FOR_EACH_TYPE(GEOND_DIFFERENTIATE)                                                                        \
   }
-#define GEOND_SUM(TYPE) sums = SumBlocks<TYPE>(state, points)
+#define GEOND_SUM(TYPE) sums = SumBlocks<TYPE>(state, points, floor)
 #define GEOND_POINTS(TYPE) PointBlocks<TYPE>(state, points, e, normal)
 #define GEOND_DIFFERENTIATE(TYPE) DifferentiateBlocks<TYPE>(state, points, normal_weight, floor, out)
 
@@ -46,7 +46,7 @@ GEOND_KERNELS(Avx512, __attribute__((target("avx512f,avx512dq,avx512vl,prefer-ve
 #endif
 
 struct Kernels {
-  MisfitSums (*sum)(const GeonState&, const LanePoints&) = SumBaseline;
+  MisfitSums (*sum)(const GeonState&, const LanePoints&, double) = SumBaseline;
   void (*points)(const GeonState&, const LanePoints&, double*, double*) = PointsBaseline;
   void (*differentiate)(const GeonState&, const LanePoints&, double, double, MisfitDerivatives&) = DifferentiateBaseline;
 };
@@ -102,7 +102,9 @@ Geon GeonOf(const GeonState& state) {
   return geon;
 }
 
-MisfitSums SumMisfit(const GeonState& state, const LanePoints& points) { return BestKernels().sum(state, points); }
+MisfitSums SumMisfit(const GeonState& state, const LanePoints& points, double floor) {
+  return BestKernels().sum(state, points, floor);
+}
 
 void DifferentiateMisfit(const GeonState& state, const LanePoints& points, double normal_weight, double floor,
                          MisfitDerivatives& out) {

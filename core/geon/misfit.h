@@ -49,9 +49,10 @@ using ParameterMatrix = Eigen::Matrix<double, kMaxParameters, kMaxParameters>;
 struct MisfitSums {
   double weight = 0.0;
   double distance = 0.0;     // of |e|
+  double smooth = 0.0;       // of |e| where above `floor`, else (e^2 / floor + floor) / 2: the same with a slope at 0
   double normal = 0.0;       // of |n_d - n_m|^2
 };
-MisfitSums SumMisfit(const GeonState& state, const LanePoints& points);
+MisfitSums SumMisfit(const GeonState& state, const LanePoints& points, double floor = 0.0);
 
 // ... and what Gauss-Newton needs of them: with J_e, J_n the derivatives of e and n_m - n_d,
 // hessian = sum J_e' J_e / max(|e|, floor) + normal_weight sum J_n' J_n,
@@ -61,6 +62,7 @@ struct MisfitDerivatives {
   ParameterMatrix hessian;
   ParameterVector distance_gradient, normal_gradient;
 };
+// distance_gradient is that of the sum `smooth`, normal_gradient half that of `normal`.
 void DifferentiateMisfit(const GeonState& state, const LanePoints& points, double normal_weight, double floor,
                          MisfitDerivatives& out);
 

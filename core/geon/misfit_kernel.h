@@ -303,19 +303,25 @@ GEOND_LANES_INLINE double Sum(Lanes x) {
   return ((x[0] + x[1]) + (x[2] + x[3])) + ((x[4] + x[5]) + (x[6] + x[7]));
 }
 
+GEOND_LANES_INLINE Lanes Smooth(Lanes magnitude, double floor) {
+  return magnitude > floor ? magnitude : 0.5 * (magnitude * magnitude / (floor + 1e-280) + floor);
+}
+
 template <GeonType kType>
-GEOND_LANES_INLINE MisfitSums SumBlocks(const GeonState& g, const LanePoints& points) {
-  Lanes weight{}, distance{}, normal{};
+GEOND_LANES_INLINE MisfitSums SumBlocks(const GeonState& g, const LanePoints& points, double floor) {
+  Lanes weight{}, distance{}, smooth{}, normal{};
   BlockResult block;
   for (int at = 0; at < points.padded(); at += kLanes) {
     EvaluateBlock<kType, false>(g, points, at, block);
     const Lanes w = Load(&points.weight[at]);
     const Lanes* r = block.difference;
+    const Lanes magnitude = Abs(block.e);
     weight += w;
-    distance += w * Abs(block.e);
+    distance += w * magnitude;
+    smooth += w * Smooth(magnitude, floor);
     normal += w * (r[0] * r[0] + r[1] * r[1] + r[2] * r[2]);
   }
-  return {Sum(weight), Sum(distance), Sum(normal)};
+  return {Sum(weight), Sum(distance), Sum(smooth), Sum(normal)};
 }
 
 template <GeonType kType>
@@ -334,7 +340,7 @@ template <GeonType kType>
 GEOND_LANES_INLINE void DifferentiateBlocks(const GeonState& g, const LanePoints& points, double normal_weight,
                                             double floor, MisfitDerivatives& out) {
   constexpr int n = CountOf(kType);
-  Lanes weight{}, distance{}, normal{};
+  Lanes weight{}, distance{}, smooth{}, normal{};
   Lanes hessian[n * (n + 1) / 2] = {}, by_distance[n] = {}, by_normal[n] = {};
   BlockResult block;
   for (int at = 0; at < points.padded(); at += kLanes) {
@@ -344,6 +350,7 @@ GEOND_LANES_INLINE void DifferentiateBlocks(const GeonState& g, const LanePoints
     const Lanes magnitude = Abs(block.e);
     weight += w;
     distance += w * magnitude;
+    smooth += w * Smooth(magnitude, floor);
     normal += w * (r[0] * r[0] + r[1] * r[1] + r[2] * r[2]);
     const Lanes we = w / Max(magnitude, Splat(floor)), wn = w * normal_weight;
     int at_pair = 0;
@@ -358,7 +365,7 @@ GEOND_LANES_INLINE void DifferentiateBlocks(const GeonState& g, const LanePoints
       }
     }
   }
-  out.sums = {Sum(weight), Sum(distance), Sum(normal)};
+  out.sums = {Sum(weight), Sum(distance), Sum(smooth), Sum(normal)};
   int at_pair = 0;
   for (int j = 0; j < n; ++j) {
     out.distance_gradient[j] = Sum(by_distance[j]);

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/geon/multi_start.h"
+
+#include <algorithm>
+
+#include "core/base/progress.h"
+#include "core/geon/starts.h"
+
+namespace geond {
+namespace {
+
+// Rounds of the search: how many candidates stay, and how many steps each then gets.
+struct Round {
+  int keep, steps;
+};
+constexpr Round kRounds[] = {{40, 4}, {16, 6}, {6, 10}};
+constexpr int kFinalists = 3;
+
+void KeepBest(std::vector<RefineResult>& candidates, std::size_t count) {
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [](const RefineResult& a, const RefineResult& b) { return a.objective < b.objective; });
+  if (candidates.size() > count) candidates.resize(count);
+}
+
+// Drops candidates that came to the same minimum as a better one.
+void DropTwins(std::vector<RefineResult>& candidates) {
+  std::vector<RefineResult> distinct;
+  for (const RefineResult& c : candidates) {
+    const bool twin = std::any_of(distinct.begin(), distinct.end(), [&](const RefineResult& d) {
+      return std::abs(c.objective - d.objective) < 1e-4 * d.objective && (c.state.center - d.state.center).norm() < 1e-3 &&
+             std::abs(c.state.size.prod() - d.state.size.prod()) < 0.01 * d.state.size.prod();
+    });
+    if (!twin) distinct.push_back(c);
+  }
+  candidates = std::move(distinct);
+}
+
+}  // namespace
+
+ParameterBounds BoundsOf(const FitData& data) {
+  ParameterBounds bounds;
+  bounds.center = data.box.center();
+  return bounds;
+}
+
+RefineResult Polish(const GeonState& start, const FitData& data, double lambda) {
+  const ParameterBounds bounds = BoundsOf(data);
+  RefineResult result;
+  result.state = start;
+  int evaluations = 0;
+  double t1 = SumMisfit(start, data.all).distance / data.all.size;
+  for (int pass = 0; pass < 3; ++pass) {
+    RefineOptions options;
+    options.lambda = lambda;
+    options.floor = std::max(0.1 * t1, 1e-9);
+    options.iterations = pass == 0 ? 30 : 40;
+    options.tolerance = pass == 0 ? 1e-5 : 1e-12;
+    options.damping = 1e-4;
+    result = Refine(result.state, data.all, bounds, options);
+    evaluations += result.evaluations;
+    if (pass > 0 && result.t1 > 0.7 * t1) break;
+    t1 = result.t1;
+  }
+  result.evaluations = evaluations;
+  return result;
+}
+
+RefineResult SearchType(GeonType type, const FitData& data, const std::vector<Eigen::Matrix3d>& frames,
+                        double search_lambda, double lambda, std::stop_token stop) {
+  const ParameterBounds bounds = BoundsOf(data);
+  RefineOptions options;
+  options.lambda = search_lambda;
+  options.floor = 1e-2;
+  options.tolerance = 1e-4;
+  int evaluations = 0;
+  std::vector<RefineResult> candidates;
+  for (const GeonState& start : StartStates(type, frames, data.few)) {
+    RefineResult candidate;
+    candidate.state = Bounded(start, bounds);
+    const MisfitSums sums = SumMisfit(candidate.state, data.few, options.floor);
+    candidate.objective = (sums.smooth + search_lambda * candidate.state.gamma() * sums.normal) / sums.weight;
+    candidates.push_back(candidate);
+    ++evaluations;
+  }
+  for (const Round& round : kRounds) {
+    ThrowIfStopped(stop);
+    KeepBest(candidates, round.keep);
+    options.iterations = round.steps;
+    for (RefineResult& candidate : candidates) {
+      candidate = Refine(candidate.state, data.few, bounds, options);
+      evaluations += candidate.evaluations;
+    }
+    options.floor *= 0.3;
+    KeepBest(candidates, round.keep);
+    DropTwins(candidates);
+  }
+  KeepBest(candidates, kFinalists);
+  for (RefineResult& candidate : candidates) {
+    ThrowIfStopped(stop);
+    RefineOptions first = options;
+    first.iterations = 20;
+    const RefineResult settled = Refine(candidate.state, data.all, bounds, first);
+    evaluations += settled.evaluations;
+    candidate = Polish(settled.state, data, lambda);
+    evaluations += candidate.evaluations;
+  }
+  KeepBest(candidates, 1);
+  candidates.front().evaluations = evaluations;
+  return candidates.front();
+}
+
+}  // namespace geond
