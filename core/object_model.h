@@ -30,6 +30,7 @@ struct ObjectModel {
   TriangleMesh mesh;
   ChargeDensity charge;
   PartSegmentation segmentation;
+  std::vector<PointCloud> part_clouds;      // a part: the data its fit used
   std::vector<std::vector<GeonFit>> fits;   // a part, best first
   ObjectDescription description;
 };
@@ -43,8 +44,5 @@ ObjectModel BuildObjectModel(const PointCloud& cloud, const ModelOptions& option
 // The same from a mesh: remeshed where its triangles do not suit the charge; closed by way of a cloud if it is open.
 ObjectModel BuildObjectModel(const TriangleMesh& mesh, const ModelOptions& options = {}, std::stop_token stop = {},
                              const StepObserver& on_step = {});
-
-// The data of a part: points of the cloud nearest to its triangles.
-PointCloud PartCloud(const ObjectModel& model, int part);
 
 }  // namespace geond
