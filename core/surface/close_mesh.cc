@@ -95,11 +95,11 @@ TriangleMesh CloseMesh(const TriangleMesh& input, const TessellateOptions& optio
   const double voxel = options.voxel_size > 0.0 ? options.voxel_size : VoxelSize(box.diagonal().norm() / 400.0, box, options);
   const TriangleTree tree(mesh.vertices, mesh.triangles);
   const WindingNumber winding(mesh);
+  const auto distance = [&](const Eigen::Vector3d& p, double limit) { return std::sqrt(tree.Nearest(p, limit).squared_distance); };
   const double reach = 2.0 * voxel;
-  const SignedGrid grid = WindingField(
-      SignedGrid(Eigen::AlignedBox3d(box.min().array() - 2 * voxel, box.max().array() + 2 * voxel), voxel, 0.0f), winding,
-      [&](const Eigen::Vector3d& p, double limit) { return std::sqrt(tree.Nearest(p, limit).squared_distance); }, reach,
-      options.threads, stop);
+  const FieldSource source{distance, [&](const Eigen::Vector3d& p, double w) { return std::clamp(1.0 - 2.0 * w, -1.0, 1.0) * distance(p, reach); }};
+  const Eigen::AlignedBox3d bounds(box.min().array() - 2 * voxel, box.max().array() + 2 * voxel);
+  const SignedGrid grid = WindingField(SignedGrid(bounds, voxel, 0.0f), winding, source, reach, options.threads, stop);
 
   const TriangleMesh raw = LargeComponents(MarchingTetrahedra(grid));
   if (raw.empty()) {

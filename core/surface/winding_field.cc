@@ -10,7 +10,7 @@
 
 namespace geond {
 
-SignedGrid WindingField(SignedGrid grid, const WindingNumber& winding, const SurfaceDistance& distance, double reach,
+SignedGrid WindingField(SignedGrid grid, const WindingNumber& winding, const FieldSource& source, double reach,
                         int threads, const std::stop_token& stop) {
   // Blocks of 4 x 4 x 4 nodes: the winding number at the eight corners tells whether the inside needs a look.
   constexpr int kBlock = 4;
@@ -38,18 +38,18 @@ SignedGrid WindingField(SignedGrid grid, const WindingNumber& winding, const Sur
       }
       const Eigen::Vector3d middle = grid.node(kBlock * bi, kBlock * bj, kBlock * bk) + Eigen::Vector3d::Constant(0.5 * kBlock * grid.step);
       const double half_diagonal = 0.5 * std::numbers::sqrt3 * kBlock * grid.step;
-      const bool is_far = distance(middle, half_diagonal + reach) >= half_diagonal + reach;
+      const bool is_far = source.distance(middle, half_diagonal + reach) >= half_diagonal + reach;
       const bool uniform = is_far && (low > 0.6 || high < 0.4);
       for (int k = kBlock * bk; k < std::min(kBlock * (bk + 1), grid.size[2]); ++k) {
         for (int j = kBlock * bj; j < std::min(kBlock * (bj + 1), grid.size[1]); ++j) {
           for (int i = kBlock * bi; i < std::min(kBlock * (bi + 1), grid.size[0]); ++i) {
-            double w = low, d = reach;
+            double value = (low > 0.5 ? -1.0 : 1.0) * reach;
             if (!uniform) {
               const Eigen::Vector3d p = grid.node(i, j, k);
-              w = winding.At(p);
-              if (!is_far) d = distance(p, reach);
+              const double w = winding.At(p);
+              const bool is_near = !is_far && source.distance(p, reach) < reach;
+              value = is_near ? source.value(p, w) : std::clamp(1.0 - 2.0 * w, -1.0, 1.0) * reach;
             }
-            const double value = std::clamp(1.0 - 2.0 * w, -1.0, 1.0) * std::min(d, reach);
             const bool border = i == 0 || j == 0 || k == 0 || i + 1 == grid.size[0] || j + 1 == grid.size[1] || k + 1 == grid.size[2];
             grid.value[grid.index(i, j, k)] = static_cast<float>(border ? reach : value);
           }

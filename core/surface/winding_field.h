@@ -9,12 +9,17 @@
 
 namespace geond {
 
-// Distance (m) from p to the surface, or `limit` if that is further.
-using SurfaceDistance = std::function<double(const Eigen::Vector3d& p, double limit)>;
+// What a field near a surface is made of: the distance (m) from p to it, or `limit` if that is further, and the value of
+// the field (m, negative inside) where the winding number is known.
+struct FieldSource {
+  std::function<double(const Eigen::Vector3d& p, double limit)> distance;
+  std::function<double(const Eigen::Vector3d& p, double winding)> value;
+};
 
-// The grid filled with (1 - 2 winding number) times the distance to the surface, no more than `reach`: near the surface
-// the signed distance, at holes a smooth lid. Every node near the surface or a lid is worked out, others are interpolated.
-SignedGrid WindingField(SignedGrid grid, const WindingNumber& winding, const SurfaceDistance& distance, double reach,
-                        int threads, const std::stop_token& stop);
+// The grid filled with source.value within `reach` (m) of the surface, else (1 - 2 winding number) reach: at holes a smooth
+// lid. Every node near the surface or a lid is worked out, others take the number of their surroundings. Positive on the
+// border of the grid. Throws Cancelled.
+SignedGrid WindingField(SignedGrid grid, const WindingNumber& winding, const FieldSource& source, double reach, int threads,
+                        const std::stop_token& stop);
 
 }  // namespace geond
