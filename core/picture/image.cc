@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/picture/image.h"
+
+#include <png.h>
+
+#include <fstream>
+
+#include "core/base/error.h"
+
+namespace geond {
+
+Color Image::at(int column, int row) const {
+  const std::size_t i = 3 * (static_cast<std::size_t>(row) * columns + column);
+  return Color(rgb[i], rgb[i + 1], rgb[i + 2]) / 255.0f;
+}
+
+void WritePng(const Image& image, const std::filesystem::path& path) {
+  png_image png{};
+  png.version = PNG_IMAGE_VERSION;
+  png.width = static_cast<png_uint_32>(image.columns);
+  png.height = static_cast<png_uint_32>(image.rows);
+  png.format = PNG_FORMAT_RGB;
+  png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(png);
+  std::vector<char> bytes(size);
+  if (png_image_write_to_memory(&png, bytes.data(), &size, 0, image.rgb.data(), 3 * image.columns, nullptr) == 0) {
+    throw FileError(path.string(), "write PNG", png.message);
+  }
+  std::ofstream file(path, std::ios::binary | std::ios::trunc);
+  file.write(bytes.data(), static_cast<std::streamsize>(size));
+  file.close();
+  if (!file) throw FileError(path.string(), "write PNG", "the file cannot be written", "Check folder, permissions and free space");
+}
+
+}  // namespace geond

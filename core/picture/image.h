@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+#include "core/picture/color.h"
+
+namespace geond {
+
+// A picture: red, green, blue of each pixel, row by row from the upper left.
+struct Image {
+  int columns = 0;
+  int rows = 0;
+  std::vector<std::uint8_t> rgb;
+  Color at(int column, int row) const;
+};
+
+// 8-bit RGB PNG. Throws FileError.
+void WritePng(const Image& image, const std::filesystem::path& path);
+
+}  // namespace geond
