@@ -15,13 +15,11 @@ std::vector<PartBoundary> ReportBoundaries(const PartSurface& surface, const std
                                            const std::vector<double>& averaged) {
   // How often each vertex ends an edge of a boundary: closed loops have even counts alone.
   std::map<std::pair<int, int>, std::map<int, int>> ends;
-  std::map<std::pair<int, int>, double> charge;
   for (const SurfaceEdge& edge : CollectEdges(surface, [&](int t, int u) { return labels[t] != labels[u]; })) {
     const std::pair<int, int> pair = std::minmax(labels[edge.triangle], labels[edge.other]);
     const TriangleMesh::Triangle& t = surface.mesh.triangles[edge.triangle];
     ++ends[pair][t[edge.side]];
     ++ends[pair][t[(edge.side + 1) % 3]];
-    charge[pair] += 0.5 * edge.length * (averaged[edge.triangle] + averaged[edge.other]);
   }
   const int n_parts = labels.empty() ? 0 : 1 + *std::max_element(labels.begin(), labels.end());
   std::vector<double> charge_of(n_parts, 0.0), area_of(n_parts, 0.0);
@@ -34,7 +32,7 @@ std::vector<PartBoundary> ReportBoundaries(const PartSurface& surface, const std
   settings.radius = std::max(0.04 * surface.size, 1.5 * surface.edge);
   settings.convex_clip = -1.0;
   std::vector<PartBoundary> boundaries;
-  for (const RegionBoundary& region : MeasureBoundaries(surface, labels, settings)) {
+  for (const RegionBoundary& region : MeasureBoundaries(surface, labels, averaged, settings)) {
     if (region.a < 0) continue;
     PartBoundary boundary;
     boundary.a = region.a;
@@ -45,7 +43,7 @@ std::vector<PartBoundary> ReportBoundaries(const PartSurface& surface, const std
     boundary.closed = std::all_of(counts.begin(), counts.end(), [](const auto& c) { return c.second % 2 == 0; });
     const double lesser = std::min(charge_of[region.a] / area_of[region.a], charge_of[region.b] / area_of[region.b]);
     if (lesser > 0.0 && region.length > 0.0) {
-      boundary.contrast = std::clamp(1.0 - charge[{region.a, region.b}] / region.length / lesser, -1.0, 1.0);
+      boundary.contrast = std::clamp(1.0 - region.charge / region.length / lesser, -1.0, 1.0);
     }
     boundaries.push_back(boundary);
   }

@@ -105,13 +105,13 @@ std::vector<double> AveragedCharge(const PartSurface& surface, const std::vector
 }
 
 // Components of `keep` as parts of the whole surface.
-std::vector<int> PartsFrom(const PartSurface& surface, const std::vector<bool>& keep) {
+std::vector<int> PartsFrom(const PartSurface& surface, const std::vector<bool>& keep, const std::vector<double>& averaged) {
   std::vector<int> labels = LabelComponents(surface, keep);
   FillUnlabelled(surface, labels);
   MergeSettings splinters;
   splinters.radius = std::max(0.04 * surface.size, 1.5 * surface.edge);
   splinters.threshold = -1.0;  // dissolves nothing
-  MergeRegions(surface, splinters, labels);
+  MergeRegions(surface, averaged, splinters, labels);
   return labels;
 }
 
@@ -130,9 +130,10 @@ std::vector<bool> TraceBoundaries(const PartSurface& surface, const std::vector<
 }
 
 std::vector<int> SegmentByTracing(const PartSurface& surface, const std::vector<double>& charge, double limit) {
-  std::vector<bool> keep = TraceBoundaries(surface, AveragedCharge(surface, charge), limit);
+  const std::vector<double> averaged = AveragedCharge(surface, charge);
+  std::vector<bool> keep = TraceBoundaries(surface, averaged, limit);
   keep.flip();
-  return PartsFrom(surface, keep);
+  return PartsFrom(surface, keep, averaged);
 }
 
 std::vector<int> SegmentByThreshold(const PartSurface& surface, const std::vector<double>& charge, double threshold) {
@@ -140,7 +141,7 @@ std::vector<int> SegmentByThreshold(const PartSurface& surface, const std::vecto
   const double least = threshold * MedianByArea(surface, averaged);
   std::vector<bool> keep(surface.n());
   for (int t = 0; t < surface.n(); ++t) keep[t] = averaged[t] >= least;
-  return PartsFrom(surface, keep);
+  return PartsFrom(surface, keep, averaged);
 }
 
 double MedianByArea(const PartSurface& surface, const std::vector<double>& values) {

@@ -38,17 +38,22 @@ std::vector<int> SegmentByWatershed(PartSurface& surface, const std::vector<doub
   MergeSettings merge;
   merge.radius = radius;
   merge.small_area = settings.small_area;
+  merge.contrast_weight = settings.contrast_weight;
+  merge.share_weight = settings.share_weight;
   const double doubt = settings.noise_threshold * surface.noise / radius;
-  merge.threshold = settings.first_threshold + doubt;
-  MergeRegions(surface, merge, labels, stop);
-
   SnapSettings snap;
   snap.radius = std::max(settings.snap_radius * size, surface.edge);
   snap.band = std::max(settings.snap_band * size, 2.0 * surface.edge);
   snap.scale = settings.snap_scale;
-  SnapBoundaries(surface, snap, labels, stop);
+  for (int round = 0; round < settings.rounds; ++round) {
+    const double share = settings.rounds > 1 ? static_cast<double>(round) / (settings.rounds - 1) : 0.0;
+    merge.threshold = settings.first_threshold + share * (settings.last_threshold - settings.first_threshold) + doubt;
+    merge.small_area = settings.small_area * (settings.rounds > 1 ? std::pow(settings.first_small, 1.0 - share) : 1.0);
+    MergeRegions(surface, height, merge, labels, stop);
+    SnapBoundaries(surface, snap, labels, stop);
+  }
   merge.threshold = settings.final_threshold + doubt;
-  MergeRegions(surface, merge, labels, stop);
+  MergeRegions(surface, height, merge, labels, stop);
   message = *std::max_element(labels.begin(), labels.end()) > 0 ? "cut where the surface is concave between charged regions"
                                                                 : "no concavity divides it: one part";
   return labels;

@@ -18,7 +18,12 @@ struct WatershedSettings {
   double charge_radius = 0.025;    // over which the charge is averaged
   double concavity_radius = 0.04;  // over which concavity is pooled, and
   double radius_in_edges = 1.5;    // no less than this many edges
-  double first_threshold = 0.02;   // least mean concavity of a cut along the watershed
+  int rounds = 1;                  // of merging and snapping, with
+  double first_threshold = 0.02;   // the least mean concavity of a cut from this
+  double last_threshold = 0.02;    // to this
+  double first_small = 1.0;        // and the least area from this share of small_area
+  double contrast_weight = 0.05;   // of charge, in the order of merging
+  double share_weight = 0.05;      // of the common rim, likewise
   double final_threshold = 0.035;  // the same after snapping
   double noise_threshold = 0.4;    // added to both, times noise over the radius of pooling
   double small_area = 0.01;        // least share of the area that makes a part
