@@ -26,8 +26,8 @@ class Bvh {
   Bvh() = default;
   explicit Bvh(std::vector<Triangle> triangles);
 
-  // Calls on_hit(item, t, front) for triangles that the ray meets at 0 < t < limit, near boxes first; front is whether the
-  // ray comes from outside. on_hit returns the new limit (m).
+  // Calls on_hit(item, t, front) for triangles that the ray meets at 0 < t < limit, near boxes first; front is whether
+  // the ray comes from outside. on_hit returns the new limit (m).
   template <typename OnHit>
   void Visit(const Ray& ray, double limit, const OnHit& on_hit) const;
 

@@ -10,9 +10,9 @@
 
 namespace geond::sim {
 
-// The exact surface of a geon as a ray meets it. This is the simulator's own form of the thesis' equations (5.1) to (5.9),
-// with the corrections for apex, wide bends and small curvature, kept apart from the one that fits, so that neither can
-// hide an error of the other.
+// The exact surface of a geon as a ray meets it. This is the simulator's own form of the thesis' equations (5.1) to
+// (5.9), with the corrections for apex, wide bends and small curvature, kept apart from the one that fits, so that
+// neither can hide an error of the other.
 class GeonSurface {
  public:
   // Throws std::invalid_argument if a size is not positive, a taper is outside [0, 0.98], a bend folds the geon over
@@ -31,13 +31,13 @@ class GeonSurface {
   // meeting with the surface is looked for.
   const TriangleMesh& shell() const { return shell_; }
 
-  // First t >= t_enter with origin + t direction on the surface, for a ray that is outside at t_enter and going in; none
-  // if the ray passes by. Newton's rule, safeguarded by halving.
+  // First t >= t_enter with origin + t direction on the surface, for a ray that is outside at t_enter and going in;
+  // none if the ray passes by. Newton's rule, safeguarded by halving.
   std::optional<double> Meet(const Eigen::Vector3d& origin_T, const Eigen::Vector3d& direction_T, double t_enter) const;
 
   // A point of the surface (T) along a direction in the undeformed half-size space; used for extents.
   Eigen::Vector3d PointAlong(const Eigen::Vector3d& direction) const { return Deform(direction, 1.0); }
-  double lowest_z() const { return lowest_z_; }    // of the surface, in T, m
+  double lowest_z() const { return lowest_z_; }  // of the surface, in T, m
   double highest_z() const { return highest_z_; }
 
  private:

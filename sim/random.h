@@ -7,8 +7,9 @@
 
 namespace geond::sim {
 
-// Random numbers by counter: every draw is a pure function of (seed, stream, index, draw), so that a pixel has its noise
-// whatever thread computes it and in whatever order. The mixing is the finaliser of SplitMix64, applied once a word.
+// Random numbers by counter: every draw is a pure function of (seed, stream, index, draw), so that a pixel has its
+// noise whatever thread computes it and in whatever order. The mixing is the finaliser of SplitMix64, applied once a
+// word.
 class CounterRandom {
  public:
   CounterRandom(std::uint64_t seed, std::uint64_t stream, std::uint64_t index)

@@ -50,8 +50,9 @@ double TrueDepth(const SceneGeometry& scene, const SensorModel& sensor, const Po
   const PixelRay pixel = RayOfPixel(sensor, X_TS, X_TS.matrix(), column, row);
   const SceneGeometry::Hit hit = scene.Cast(pixel.ray_T, WallDirection(X_TS));
   const double depth = hit.t * pixel.depth_per_range;
-  return hit.surface != SceneGeometry::Surface::kNothing && depth >= sensor.min_depth && depth <= sensor.max_depth ? depth
-                                                                                                                   : kNaN;
+  return hit.surface != SceneGeometry::Surface::kNothing && depth >= sensor.min_depth && depth <= sensor.max_depth
+             ? depth
+             : kNaN;
 }
 
 RangeImage TakeRangeImage(const SceneGeometry& scene, const SensorModel& sensor, const Pose& X_TS,
@@ -70,8 +71,8 @@ RangeImage TakeRangeImage(const SceneGeometry& scene, const SensorModel& sensor,
       const PixelRay pixel = RayOfPixel(sensor, X_TS, R_TS, column, static_cast<int>(row));
       const SceneGeometry::Hit hit = scene.Cast(pixel.ray_T, wall);
       const bool any = hit.surface != SceneGeometry::Surface::kNothing;
-      seen[image.index(column, static_cast<int>(row))] = {any ? hit.t : kNaN, any ? hit.t * pixel.depth_per_range : kNaN,
-                                                           hit.cos_incidence};
+      seen[image.index(column, static_cast<int>(row))] = {
+          any ? hit.t : kNaN, any ? hit.t * pixel.depth_per_range : kNaN, hit.cos_incidence};
     }
   });
   ParallelFor(rows, threads, 4, [&](std::ptrdiff_t row) {
@@ -113,7 +114,8 @@ RangeImage TakeRangeImage(const SceneGeometry& scene, const SensorModel& sensor,
 StationGeometry MakeStation(double distance, double elevation, double look_at_height, int columns, int rows,
                             double field, double depth_noise) {
   if (!(distance > 0.0) || !(field > 0.0) || columns <= 0 || rows <= 0 || !(std::abs(elevation) < 1.5708)) {
-    throw std::invalid_argument("MakeStation: distance, field and image must be positive, the elevation below 90 degrees");
+    throw std::invalid_argument(
+        "MakeStation: distance, field and image must be positive, the elevation below 90 degrees");
   }
   StationGeometry station;
   SensorModel& sensor = station.sensor;

@@ -56,7 +56,8 @@ SceneGeometry::Hit SceneGeometry::Cast(const Ray& ray, const Eigen::Vector3d& wa
       hit.item = item;
       normal = surfaces_[item].At(ray.origin + hit.t * ray.direction).gradient.normalized();
     } else {
-      const auto body = std::upper_bound(first_triangle_.begin(), first_triangle_.end(), item) - first_triangle_.begin() - 1;
+      const auto body =
+          std::upper_bound(first_triangle_.begin(), first_triangle_.end(), item) - first_triangle_.begin() - 1;
       hit.item = geons + static_cast<int>(body);
       normal = body_normals_[body][item - first_triangle_[body]];
     }

@@ -34,7 +34,8 @@ struct Scene {
 // absent, ConfigError naming file, line and key if it says what cannot be.
 Scene ReadScene(const std::filesystem::path& path);
 
-// The true description as JSON text: parts with type, half sizes, taper, bend and pose in T, as `geon describe` names them.
+// The true description as JSON text: parts with type, half sizes, taper, bend and pose in T, as `geon describe` names
+// them.
 std::string TruthJson(const Scene& scene);
 
 // A scene made ready for rays; read by any thread.

@@ -21,7 +21,8 @@ Eigen::Vector3d Vector(const std::vector<double>& v) { return {v[0], v[1], v[2]}
 Pose ReadPose(TomlReader& reader) {
   const Eigen::Vector3d position = kMillimetre * Vector(reader.Numbers("position_mm", 3, {{0, 0, 0}}, -kReach, kReach));
   const bool about_axis = reader.Has("axis") || reader.Has("angle_deg");
-  if (about_axis && reader.Has("rpy_deg")) reader.Fail("rpy_deg", "stands beside axis and angle_deg", "Give one of the two");
+  if (about_axis && reader.Has("rpy_deg"))
+    reader.Fail("rpy_deg", "stands beside axis and angle_deg", "Give one of the two");
   if (about_axis) {
     const Eigen::Vector3d axis = Vector(reader.Numbers("axis", 3, {}));
     if (!(axis.norm() > 1e-9)) reader.Fail("axis", "has no length");
@@ -48,7 +49,8 @@ Scene::Part ReadPart(TomlReader& reader) {
   part.geon.taper = {taper[0], taper[1]};
   if (reader.Has("taper") && !IsTapered(part.geon.type)) reader.Fail("taper", "belongs to tapered types only");
   part.geon.bend = reader.Number("bend_per_mm", 0.0, 0.0, 1.0) / kMillimetre;
-  if (reader.Has("bend_per_mm") && !IsCurved(part.geon.type)) reader.Fail("bend_per_mm", "belongs to curved types only");
+  if (reader.Has("bend_per_mm") && !IsCurved(part.geon.type))
+    reader.Fail("bend_per_mm", "belongs to curved types only");
   part.geon.X_TG = ReadPose(reader);
   try {
     GeonSurface check(part.geon);
@@ -67,14 +69,16 @@ Scene::Body ReadBody(TomlReader& reader, const std::filesystem::path& folder) {
   const Pose X_TB = ReadPose(reader);
   reader.Finish();
   GeometryFile geometry = ReadGeometry(folder / file);
-  if (!geometry.has_faces()) reader.Fail("file", file + " has points but no faces, so no ray can meet it", "Mesh it first");
+  if (!geometry.has_faces())
+    reader.Fail("file", file + " has points but no faces, so no ray can meet it", "Mesh it first");
   TriangleMesh mesh = std::move(geometry.mesh);
   for (Eigen::Vector3d& p : mesh.vertices) p *= scale * kMillimetre;
   body.mesh = Transform(X_TB, mesh);
   for (const auto& t : body.mesh.triangles) {
     for (const int v : t) {
       if (!(body.mesh.vertices[v].norm() < 2 * kReach * kMillimetre)) {
-        reader.Fail("scale_mm", "makes the mesh larger than any turntable", "Give the millimetres of one unit of the file");
+        reader.Fail("scale_mm", "makes the mesh larger than any turntable",
+                    "Give the millimetres of one unit of the file");
       }
     }
   }

@@ -12,7 +12,9 @@ namespace {
 constexpr double kMillimetre = 1e-3;
 constexpr double kDegree = std::numbers::pi / 180.0;
 
-std::chrono::nanoseconds Milliseconds(double ms) { return std::chrono::nanoseconds(static_cast<std::int64_t>(ms * 1e6)); }
+std::chrono::nanoseconds Milliseconds(double ms) {
+  return std::chrono::nanoseconds(static_cast<std::int64_t>(ms * 1e6));
+}
 
 void ReadSensor(TomlReader reader, StationOptions& options) {
   const double distance = kMillimetre * reader.Number("distance_mm", 450, 100, 5000);
@@ -79,7 +81,8 @@ SimConfig ReadSimConfig(const std::filesystem::path& path) {
 }
 
 std::shared_ptr<SimStation> OpenSimStation(const SimConfig& config, const std::filesystem::path& scene_file) {
-  auto station = std::make_shared<SimStation>(ReadScene(scene_file.empty() ? config.scene_file : scene_file), config.station);
+  auto station =
+      std::make_shared<SimStation>(ReadScene(scene_file.empty() ? config.scene_file : scene_file), config.station);
   for (const auto& [device, fault] : config.faults) station->SetFault(device, fault);
   return station;
 }

@@ -13,7 +13,7 @@ namespace geond::sim {
 struct SimConfig {
   std::filesystem::path scene_file;  // absolute, or below the folder of the configuration
   StationOptions station;
-  std::map<Device, Fault> faults;    // from the start
+  std::map<Device, Fault> faults;  // from the start
 };
 
 // Every key has a default; `path` empty: all defaults. Throws FileError, ConfigError naming file, line and key.

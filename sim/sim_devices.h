@@ -12,10 +12,10 @@
 
 namespace geond::sim {
 
-// The simulated rangefinder. A frame comes `exposure_time` after a trigger, if the device is armed and the laser shines all
-// the while. Faults: off: no call is answered. stuck: no frame ever comes. garbage: frames of random bits. wrong: frames of
-// half the rows. slow: a frame takes 20 exposure times. delayed: it comes a second after the deadline and is dropped as
-// stale. intermittent: every second frame is lost.
+// The simulated rangefinder. A frame comes `exposure_time` after a trigger, if the device is armed and the laser shines
+// all the while. Faults: off: no call is answered. stuck: no frame ever comes. garbage: frames of random bits. wrong:
+// frames of half the rows. slow: a frame takes 20 exposure times. delayed: it comes a second after the deadline and is
+// dropped as stale. intermittent: every second frame is lost.
 class SimRangefinder : public drivers::Rangefinder {
  public:
   enum class TriggerSource { kSoftware, kWire };
@@ -45,8 +45,8 @@ class SimRangefinder : public drivers::Rangefinder {
 };
 
 // The simulated drive and table. Faults: off: no reply, and the table stands. stuck: the motor does not turn. garbage:
-// replies with a wrong checksum. wrong: it loses steps and stands 10 degrees off. slow: a twentieth of the speed. delayed:
-// replies come a second late. intermittent: every third request goes unanswered.
+// replies with a wrong checksum. wrong: it loses steps and stands 10 degrees off. slow: a twentieth of the speed.
+// delayed: replies come a second late. intermittent: every third request goes unanswered.
 class SimTurntable : public drivers::Turntable {
  public:
   explicit SimTurntable(std::shared_ptr<SimStation> station);
@@ -76,9 +76,9 @@ class SimTurntable : public drivers::Turntable {
   std::atomic<std::uint64_t> halts_{0};
 };
 
-// The simulated wires. Faults: off: the chip is gone, outputs fall, calls fail. stuck: outputs and inputs stay as they are.
-// garbage: inputs chatter. wrong: inputs are read inverted. slow: a call takes half a second. delayed: a change of an input
-// is seen a second late. intermittent: every second call fails.
+// The simulated wires. Faults: off: the chip is gone, outputs fall, calls fail. stuck: outputs and inputs stay as they
+// are. garbage: inputs chatter. wrong: inputs are read inverted. slow: a call takes half a second. delayed: a change of
+// an input is seen a second late. intermittent: every second call fails.
 class SimLines : public drivers::Lines {
  public:
   explicit SimLines(std::shared_ptr<SimStation> station);

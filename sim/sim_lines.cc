@@ -72,7 +72,8 @@ void SimLines::Set(const char* call, bool on, void (SimStation::*set)(bool), boo
   const Fault fault = Call(call);
   if (fault != Fault::kStuck) (*station_.*set)(on);
   if ((*station_.*get)() != on) {
-    throw DeviceError(kName, call, std::string("the wire was set ") + (on ? "on" : "off") + " but reads " + (on ? "off" : "on"),
+    throw DeviceError(kName, call,
+                      std::string("the wire was set ") + (on ? "on" : "off") + " but reads " + (on ? "off" : "on"),
                       "Check the wiring");
   }
 }

@@ -35,11 +35,13 @@ void CheckFrame(const RangeImage& image, const SensorModel& sensor, const std::s
       image.depth.size() != static_cast<std::size_t>(image.columns) * image.rows) {
     throw DeviceError(device, "read frame",
                       "the frame is " + std::to_string(image.columns) + " x " + std::to_string(image.rows) +
-                          ", the device announced " + std::to_string(sensor.columns) + " x " + std::to_string(sensor.rows),
+                          ", the device announced " + std::to_string(sensor.columns) + " x " +
+                          std::to_string(sensor.rows),
                       "Reset the rangefinder");
   }
   std::size_t outside = 0;
-  for (const float depth : image.depth) outside += !std::isnan(depth) && !(depth >= 0.0f && depth <= 1.001 * sensor.max_depth);
+  for (const float depth : image.depth)
+    outside += !std::isnan(depth) && !(depth >= 0.0f && depth <= 1.001 * sensor.max_depth);
   if (outside > 0) {
     throw DeviceError(device, "read frame",
                       std::to_string(outside) + " of " + std::to_string(image.depth.size()) +
@@ -56,7 +58,8 @@ SimRangefinder::~SimRangefinder() { Disarm(); }
 drivers::DeviceInfo SimRangefinder::info() const {
   const std::lock_guard lock(mutex_);
   const bool absent = station_->fault(Device::kRangefinder) == Fault::kOff;
-  return {"rangefinder", "simulated", "geond range camera", "SIM-RANGE-1", absent ? DeviceState::kAbsent : state_, fault_text_};
+  return {"rangefinder", "simulated", "geond range camera", "SIM-RANGE-1", absent ? DeviceState::kAbsent : state_,
+          fault_text_};
 }
 
 SensorModel SimRangefinder::sensor_model() const { return station_->options().assumed.sensor; }
@@ -89,7 +92,8 @@ void SimRangefinder::Arm() {
   CheckAnswers("arm");
   {
     const std::lock_guard lock(mutex_);
-    if (state_ == DeviceState::kFault) throw DeviceError(kName, "arm", "it is in fault: " + fault_text_, "Reset it first");
+    if (state_ == DeviceState::kFault)
+      throw DeviceError(kName, "arm", "it is in fault: " + fault_text_, "Reset it first");
     state_ = DeviceState::kArmed;
   }
   station_->Advance(station_->options().reply_time);
@@ -128,7 +132,8 @@ Exposure SimRangefinder::Read(std::chrono::milliseconds timeout, std::stop_token
       if (fault == Fault::kSlow) latency *= kSlowness;
       if (fault == Fault::kDelayed) latency += timeout + std::chrono::seconds(1);
       laser_was_off = laser_was_off || !station_->laser_emits();
-      const bool lost = fault == Fault::kStuck || (fault == Fault::kIntermittent && triggers() % 2 == 1) || laser_was_off;
+      const bool lost =
+          fault == Fault::kStuck || (fault == Fault::kIntermittent && triggers() % 2 == 1) || laser_was_off;
       if (!lost && now >= triggered + latency) {
         used_triggers_ = triggers();
         Exposure exposure;

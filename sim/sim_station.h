@@ -20,10 +20,10 @@ namespace geond::sim {
 
 // How the true turntable stands in the assumed one: its axis is tilted and beside the calibrated axis.
 struct AxisError {
-  double tilt = 0.0017;          // rad, about a horizontal line at tilt_azimuth (rad from x of T)
+  double tilt = 0.0017;  // rad, about a horizontal line at tilt_azimuth (rad from x of T)
   double tilt_azimuth = 0.7;
-  double offset_x = 0.0001;      // m
-  double offset_y = -0.0001;     // m
+  double offset_x = 0.0001;   // m
+  double offset_y = -0.0001;  // m
 };
 // X_TwTt: pose of the true turntable frame in the one that the calibration assumes.
 Pose AxisErrorPose(const AxisError& error);
@@ -33,17 +33,17 @@ struct StationOptions {
   AxisError axis_error;
   CameraOptions camera;
   TurntableOptions turntable;
-  std::chrono::nanoseconds exposure_time = std::chrono::milliseconds(40);     // from trigger to frame
-  std::chrono::nanoseconds reply_time = std::chrono::milliseconds(2);         // of drive and wires
+  std::chrono::nanoseconds exposure_time = std::chrono::milliseconds(40);  // from trigger to frame
+  std::chrono::nanoseconds reply_time = std::chrono::milliseconds(2);      // of drive and wires
   std::chrono::nanoseconds homing_time = std::chrono::seconds(2);
-  std::chrono::nanoseconds motion_time_limit = std::chrono::seconds(20);      // longer than this a move has failed
-  double real_time_factor = 0.0;            // real seconds that a simulated second takes; 0: none, nothing ever sleeps
+  std::chrono::nanoseconds motion_time_limit = std::chrono::seconds(20);  // longer than this a move has failed
+  double real_time_factor = 0.0;  // real seconds that a simulated second takes; 0: none, nothing ever sleeps
   std::uint64_t seed = 1;
   int threads = 0;
 };
 
-// The world that the three simulated devices share: scene, clock, table, wires, people and faults. Safe from any thread.
-// Time is simulated: it passes only when a device waits (Advance).
+// The world that the three simulated devices share: scene, clock, table, wires, people and faults. Safe from any
+// thread. Time is simulated: it passes only when a device waits (Advance).
 class SimStation {
  public:
   using Time = std::chrono::nanoseconds;
@@ -97,15 +97,15 @@ class SimStation {
   double motor_angle() const;
   double table_angle() const;  // true, of the object
   bool table_moving() const;
-  double ReadAngle();          // as the encoder says it: noise and resolution
+  double ReadAngle();  // as the encoder says it: noise and resolution
 
   // The true pose of the sensor in T now, and a range image taken from there (the laser's state does not matter here).
   Pose TrueSensorPose() const;
   RangeImage TakeImage();
 
  private:
-  void UpdateTo(Time time);        // mutex held
-  void CutPowerIfNeeded();         // mutex held
+  void UpdateTo(Time time);  // mutex held
+  void CutPowerIfNeeded();   // mutex held
 
   const Scene scene_;
   const StationOptions options_;

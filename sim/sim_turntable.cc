@@ -37,7 +37,8 @@ SimTurntable::~SimTurntable() { Disable(); }
 drivers::DeviceInfo SimTurntable::info() const {
   const std::lock_guard lock(mutex_);
   const bool absent = station_->fault(Device::kTurntable) == Fault::kOff;
-  return {"turntable", "simulated", "geond turntable", "SIM-TABLE-1", absent ? DeviceState::kAbsent : state_, fault_text_};
+  return {"turntable", "simulated", "geond turntable", "SIM-TABLE-1", absent ? DeviceState::kAbsent : state_,
+          fault_text_};
 }
 
 void SimTurntable::Fail(const std::string& call, const std::string& cause, const std::string& remedy, bool timeout) {
@@ -81,7 +82,8 @@ void SimTurntable::Enable() {
                       "Release the emergency stop and switch the motor-enable line on");
   }
   const std::lock_guard lock(mutex_);
-  if (state_ == DeviceState::kFault) throw DeviceError(kName, "enable", "it is in fault: " + fault_text_, "Reset it first");
+  if (state_ == DeviceState::kFault)
+    throw DeviceError(kName, "enable", "it is in fault: " + fault_text_, "Reset it first");
   state_ = DeviceState::kArmed;
 }
 

@@ -26,10 +26,10 @@ toml::table ReadToml(const std::filesystem::path& path) {
   try {
     return toml::parse(text.str(), path.string());
   } catch (const toml::parse_error& error) {
-    throw ConfigError(path.string(),
-                      "line " + std::to_string(error.source().begin.line) + ", column " +
-                          std::to_string(error.source().begin.column),
-                      std::string(error.description()), "Mend the TOML syntax there");
+    throw ConfigError(
+        path.string(),
+        "line " + std::to_string(error.source().begin.line) + ", column " + std::to_string(error.source().begin.column),
+        std::string(error.description()), "Mend the TOML syntax there");
   }
 }
 

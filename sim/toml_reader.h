@@ -18,8 +18,8 @@ namespace geond::sim {
 // Parses a TOML file. Throws FileError if it cannot be read, ConfigError naming file, line and column if it is no TOML.
 toml::table ReadToml(const std::filesystem::path& path);
 
-// One table of a TOML file, read key by key. Every error is a ConfigError that names file, line and key. Finish() refuses
-// keys that nobody asked for, so that a misspelt key is not silently ignored.
+// One table of a TOML file, read key by key. Every error is a ConfigError that names file, line and key. Finish()
+// refuses keys that nobody asked for, so that a misspelt key is not silently ignored.
 class TomlReader {
  public:
   // `name` is the table's own path in the file ("" for the root, "geon[2]", "noise").

@@ -14,8 +14,8 @@ struct TurntableOptions {
   double angle_resolution = 0.0001;  // rad a count; 0: not rounded
 };
 
-// A motor that follows trapezoidal speed profiles, and the table it drives through a gear with backlash, at any moment of
-// a clock that only goes forward. Angles in rad, counter-clockwise seen from above, not wrapped.
+// A motor that follows trapezoidal speed profiles, and the table it drives through a gear with backlash, at any moment
+// of a clock that only goes forward. Angles in rad, counter-clockwise seen from above, not wrapped.
 class TurntableMotion {
  public:
   using Time = std::chrono::nanoseconds;
@@ -48,9 +48,9 @@ class TurntableMotion {
   Time now_{0};
   double motor_, table_;
   double speed_ = 0.0;
-  double goal_ = 0.0;           // where the last phase ends
-  std::deque<Phase> phases_;    // still to come; of the first the rest
-  double braking_ = 0.0;        // rad/s^2 while stopping, else 0
+  double goal_ = 0.0;         // where the last phase ends
+  std::deque<Phase> phases_;  // still to come; of the first the rest
+  double braking_ = 0.0;      // rad/s^2 while stopping, else 0
 };
 
 }  // namespace geond::sim

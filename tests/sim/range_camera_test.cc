@@ -11,7 +11,8 @@
 namespace geond::sim {
 namespace {
 
-Scene One(GeonType type, const Eigen::Vector3d& size, const Pose& X_TG, Eigen::Vector2d taper = {0, 0}, double bend = 0) {
+Scene One(GeonType type, const Eigen::Vector3d& size, const Pose& X_TG, Eigen::Vector2d taper = {0, 0},
+          double bend = 0) {
   Scene scene;
   scene.parts.push_back({"it", {type, X_TG, size, taper, bend}});
   return scene;
@@ -68,7 +69,8 @@ TEST(RangeCamera, TableAndWallArePlanes) {
   const Eigen::Vector3d on_table = X_TS * Unproject(station.sensor, 160, 310, depth);
   EXPECT_NEAR(on_table.z(), 0.0, 1e-12);
   EXPECT_LT(on_table.head<2>().norm(), scene.table_radius);
-  const Eigen::Vector3d on_wall = X_TS * Unproject(station.sensor, 160, 0, TrueDepth(geometry, station.sensor, X_TS, 160, 0));
+  const Eigen::Vector3d on_wall =
+      X_TS * Unproject(station.sensor, 160, 0, TrueDepth(geometry, station.sensor, X_TS, 160, 0));
   EXPECT_NEAR(on_wall.y(), 0.6, 1e-9);
 }
 

@@ -62,23 +62,28 @@ angle_deg = 90
 
 TEST_F(SceneFile, EveryErrorNamesFileLineAndKey) {
   const std::string good = "[[geon]]\ntype = \"cuboid\"\nsize_mm = [1, 2, 3]\n";
-  EXPECT_THAT(Failure(good + "colour = 3\n"), AllOf(HasSubstr("scene.toml"), HasSubstr("line 4"), HasSubstr("geon[1].colour")));
+  EXPECT_THAT(Failure(good + "colour = 3\n"),
+              AllOf(HasSubstr("scene.toml"), HasSubstr("line 4"), HasSubstr("geon[1].colour")));
   EXPECT_THAT(Failure("[[geon]]\ntype = \"cube\"\nsize_mm = [1, 2, 3]\n"),
               AllOf(HasSubstr("line 2"), HasSubstr("geon[1].type"), HasSubstr("tapered_cuboid")));
   EXPECT_THAT(Failure("[[geon]]\ntype = \"cuboid\"\n"), AllOf(HasSubstr("geon[1].size_mm"), HasSubstr("missing")));
-  EXPECT_THAT(Failure("[[geon]]\ntype = \"cuboid\"\nsize_mm = [1, 2]\n"), AllOf(HasSubstr("line 3"), HasSubstr("3 numbers")));
-  EXPECT_THAT(Failure("[[geon]]\ntype = \"cuboid\"\nsize_mm = [1, -2, 3]\n"), AllOf(HasSubstr("line 3"), HasSubstr("-2")));
+  EXPECT_THAT(Failure("[[geon]]\ntype = \"cuboid\"\nsize_mm = [1, 2]\n"),
+              AllOf(HasSubstr("line 3"), HasSubstr("3 numbers")));
+  EXPECT_THAT(Failure("[[geon]]\ntype = \"cuboid\"\nsize_mm = [1, -2, 3]\n"),
+              AllOf(HasSubstr("line 3"), HasSubstr("-2")));
   EXPECT_THAT(Failure("[[geon]]\ntype = \"cuboid\"\nsize_mm = [1, nan, 3]\n"), HasSubstr("not a number"));
   EXPECT_THAT(Failure(good + "taper = [0.1, 0.1]\n"), AllOf(HasSubstr("geon[1].taper"), HasSubstr("tapered types")));
   EXPECT_THAT(Failure(good + "rpy_deg = [0, 0, 1]\naxis = [0, 0, 1]\nangle_deg = 3\n"), HasSubstr("geon[1].rpy_deg"));
-  EXPECT_THAT(Failure("[[geon]]\ntype = \"curved_cuboid\"\nsize_mm = [10, 2, 30]\nbend_per_mm = 0.2\n"), HasSubstr("folds over"));
+  EXPECT_THAT(Failure("[[geon]]\ntype = \"curved_cuboid\"\nsize_mm = [10, 2, 30]\nbend_per_mm = 0.2\n"),
+              HasSubstr("folds over"));
   EXPECT_THAT(Failure("name = \"empty\"\n"), HasSubstr("no object"));
   EXPECT_THAT(Failure("name = = 3\n"), AllOf(HasSubstr("scene.toml"), HasSubstr("line 1")));
   EXPECT_THROW(ReadScene(folder_ / "absent.toml"), FileError);
 }
 
 TEST_F(SceneFile, MeshesAreReadByPathAndScale) {
-  std::ofstream(folder_ / "tetra.off") << "OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
+  std::ofstream(folder_ / "tetra.off")
+      << "OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
   const Scene scene = ReadScene(Write("[[mesh]]\nfile = \"tetra.off\"\nscale_mm = 50.0\nposition_mm = [0, 0, 7]\n"));
   ASSERT_EQ(scene.bodies.size(), 1u);
   EXPECT_NEAR(Volume(scene.bodies[0].mesh), std::pow(0.05, 3) / 6.0, 1e-12);
@@ -141,7 +146,8 @@ TEST_F(SceneFile, SimConfigErrorsNameTheKey) {
     }
     return "no ConfigError";
   };
-  EXPECT_THAT(failure("[rangefinder]\ndistance_mm = 1\n"), AllOf(HasSubstr("sim.toml"), HasSubstr("line 2"), HasSubstr("rangefinder.distance_mm")));
+  EXPECT_THAT(failure("[rangefinder]\ndistance_mm = 1\n"),
+              AllOf(HasSubstr("sim.toml"), HasSubstr("line 2"), HasSubstr("rangefinder.distance_mm")));
   EXPECT_THAT(failure("[turntable]\nspeed = 1\n"), HasSubstr("turntable.speed"));
   EXPECT_THAT(failure("[faults]\nlines = \"broken\"\n"), AllOf(HasSubstr("faults.lines"), HasSubstr("intermittent")));
   EXPECT_THAT(failure("seed = 1.5\n"), HasSubstr("whole number"));

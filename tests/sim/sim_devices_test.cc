@@ -32,7 +32,8 @@ StationOptions Options() {
 
 Scene Ball() {
   Scene scene;
-  scene.parts.push_back({"ball", {GeonType::kEllipsoid, Pose::Translation({0, 0, 0.05}), {0.05, 0.05, 0.05}, {0, 0}, 0}});
+  scene.parts.push_back(
+      {"ball", {GeonType::kEllipsoid, Pose::Translation({0, 0, 0.05}), {0.05, 0.05, 0.05}, {0, 0}, 0}});
   return scene;
 }
 
@@ -214,32 +215,30 @@ TEST_P(SimFaults, ShowsSwitchesAtRunTimeAndIsGoneAfterReset) {
 
 INSTANTIATE_TEST_SUITE_P(
     All, SimFaults,
-    testing::Values(Cell{Device::kRangefinder, Fault::kOff, "does not answer"},
-                    Cell{Device::kRangefinder, Fault::kStuck, "no frame came within 900 ms"},
-                    Cell{Device::kRangefinder, Fault::kGarbage, "depths are no number"},
-                    Cell{Device::kRangefinder, Fault::kWrong, "the frame is 48 x 24"},
-                    Cell{Device::kRangefinder, Fault::kSlow, ""},
-                    Cell{Device::kRangefinder, Fault::kDelayed, "no frame came within 900 ms"},
-                    Cell{Device::kRangefinder, Fault::kIntermittent, "no frame came within 900 ms"},
-                    Cell{Device::kTurntable, Fault::kOff, "does not answer"},
-                    Cell{Device::kTurntable, Fault::kStuck, "did not arrive in time"},
-                    Cell{Device::kTurntable, Fault::kGarbage, "checksum"},
-                    Cell{Device::kTurntable, Fault::kWrong, "stands at 40"},
-                    Cell{Device::kTurntable, Fault::kSlow, "did not arrive in time"},
-                    Cell{Device::kTurntable, Fault::kDelayed, "no reply came within 1000 ms"},
-                    Cell{Device::kTurntable, Fault::kIntermittent, ""},
-                    Cell{Device::kLines, Fault::kOff, "the chip is gone"},
-                    Cell{Device::kLines, Fault::kStuck, "set laser"},
-                    Cell{Device::kLines, Fault::kGarbage, "inputs change faster"},
-                    Cell{Device::kLines, Fault::kWrong, "emergency stop or door"},
-                    Cell{Device::kLines, Fault::kSlow, ""},
-                    Cell{Device::kLines, Fault::kDelayed, ""},
-                    Cell{Device::kLines, Fault::kIntermittent, "the request failed"}));
+    testing::Values(
+        Cell{Device::kRangefinder, Fault::kOff, "does not answer"},
+        Cell{Device::kRangefinder, Fault::kStuck, "no frame came within 900 ms"},
+        Cell{Device::kRangefinder, Fault::kGarbage, "depths are no number"},
+        Cell{Device::kRangefinder, Fault::kWrong, "the frame is 48 x 24"}, Cell{Device::kRangefinder, Fault::kSlow, ""},
+        Cell{Device::kRangefinder, Fault::kDelayed, "no frame came within 900 ms"},
+        Cell{Device::kRangefinder, Fault::kIntermittent, "no frame came within 900 ms"},
+        Cell{Device::kTurntable, Fault::kOff, "does not answer"},
+        Cell{Device::kTurntable, Fault::kStuck, "did not arrive in time"},
+        Cell{Device::kTurntable, Fault::kGarbage, "checksum"}, Cell{Device::kTurntable, Fault::kWrong, "stands at 40"},
+        Cell{Device::kTurntable, Fault::kSlow, "did not arrive in time"},
+        Cell{Device::kTurntable, Fault::kDelayed, "no reply came within 1000 ms"},
+        Cell{Device::kTurntable, Fault::kIntermittent, ""}, Cell{Device::kLines, Fault::kOff, "the chip is gone"},
+        Cell{Device::kLines, Fault::kStuck, "set laser"}, Cell{Device::kLines, Fault::kGarbage, "inputs change faster"},
+        Cell{Device::kLines, Fault::kWrong, "emergency stop or door"}, Cell{Device::kLines, Fault::kSlow, ""},
+        Cell{Device::kLines, Fault::kDelayed, ""}, Cell{Device::kLines, Fault::kIntermittent, "the request failed"}));
 
 TEST_F(SimDevices, IntermittentTableLosesEveryThirdRequest) {
   MakeReady();
   station_->SetFault(Device::kTurntable, Fault::kIntermittent);
-  EXPECT_THAT(Failure([&] { for (int i = 0; i < 3; ++i) table_.angle(); }), HasSubstr("unanswered"));
+  EXPECT_THAT(Failure([&] {
+                for (int i = 0; i < 3; ++i) table_.angle();
+              }),
+              HasSubstr("unanswered"));
 }
 
 TEST_F(SimDevices, DelayedLinesShowAnInputOneSecondLate) {
