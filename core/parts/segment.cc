@@ -13,6 +13,7 @@
 #include "core/parts/part_report.h"
 #include "core/parts/part_surface.h"
 #include "core/parts/trace.h"
+#include "core/parts/unseen_cuts.h"
 #include "core/parts/watershed_parts.h"
 
 namespace geond {
@@ -81,7 +82,7 @@ PartSegmentation SegmentParts(const TriangleMesh& mesh, const ChargeDensity& cha
   std::vector<int> labels;
   switch (options.method) {
     case SegmentOptions::Method::kWatershed:
-      labels = SegmentByWatershed(surface, density, WatershedSettings{}, result.message, stop);
+      labels = SegmentByWatershed(surface, density, SettingsForDetail(options.detail), result.message, stop);
       break;
     case SegmentOptions::Method::kTrace:
       labels = SegmentByTracing(surface, density, options.trace_limit);
@@ -91,6 +92,11 @@ PartSegmentation SegmentParts(const TriangleMesh& mesh, const ChargeDensity& cha
       labels = SegmentByThreshold(surface, density, options.threshold);
       result.message = "components above a share of the median charge";
       break;
+  }
+  if (!mesh.triangle_seen.empty()) {
+    std::vector<std::uint8_t> seen(surface.n());
+    for (int t = 0; t < surface.n(); ++t) seen[t] = mesh.triangle_seen.at(surface.source[t]);
+    JoinOverUnseen(surface, seen, labels);
   }
   DropSpecks(surface, labels);
   result.n_parts = OrderByArea(surface, labels);

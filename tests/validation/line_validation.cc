@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The whole line on simulated scans of the sample objects: line_validation [VIEWS [NOISE_MM [SEEDS [SCENE...]]]].
-// Prints a row an object and seed: parts and types against the truth, the worst error of a size, seconds a step.
+// With GEOND_PICTURES=FOLDER in the environment a picture of each goes there. Prints a row an object and seed: parts and types against the truth, the worst error of a size, seconds a step.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -10,6 +10,7 @@
 
 #include "calib/make_view.h"
 #include "calib/register_views.h"
+#include "core/model_picture.h"
 #include "core/object_model.h"
 #include "sim/simulate_scan.h"
 
@@ -76,6 +77,9 @@ int Run(int argc, char** argv) {
       const Verdict verdict = Compare(scene, model.description);
       double seconds = 0.0;
       for (const auto& [step, time] : model.description.seconds) seconds += time;
+      if (const char* folder = std::getenv("GEOND_PICTURES")) {
+        WritePng(ModelPicture(model, name), std::filesystem::path(folder) / (name + "_" + std::to_string(seed) + ".png"));
+      }
       right += verdict.right;
       ++runs;
       std::printf("%-18s %4d %s %8.2f%% %7.2f %11.3f %10zu %8.2f  %s\n", name.c_str(), seed, verdict.right ? "ok" : "NO",

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/parts/unseen_cuts.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <utility>
+
+namespace geond {
+namespace {
+
+constexpr int kReach = 2;                   // triangles: the surface this near to seen ones is known well enough
+constexpr double kLeastSeenOfCut = 0.4;     // of a boundary's length, or its parts are joined
+constexpr double kLeastSeenOfPart = 0.15;   // of a part's area, or it joins a neighbour
+
+std::vector<std::uint8_t> Widened(const PartSurface& surface, std::vector<std::uint8_t> seen) {
+  for (int step = 0; step < kReach; ++step) {
+    std::vector<std::uint8_t> wider = seen;
+    for (int t = 0; t < surface.n(); ++t) {
+      for (int next : surface.neighbors[t]) {
+        if (next >= 0 && seen[next]) wider[t] = 1;
+      }
+    }
+    seen = std::move(wider);
+  }
+  return seen;
+}
+
+struct Cut {
+  double length = 0.0, seen = 0.0;  // edges, counted by the square root of the areas beside them
+};
+
+// The boundaries between labels (lower first).
+std::map<std::pair<int, int>, Cut> Cuts(const PartSurface& surface, const std::vector<std::uint8_t>& seen,
+                                        const std::vector<int>& labels) {
+  std::map<std::pair<int, int>, Cut> cuts;
+  for (int t = 0; t < surface.n(); ++t) {
+    for (int next : surface.neighbors[t]) {
+      if (next < 0 || labels[t] < 0 || labels[t] >= labels[next]) continue;
+      const double length = std::sqrt(surface.areas[t] + surface.areas[next]);
+      Cut& cut = cuts[{labels[t], labels[next]}];
+      cut.length += length;
+      if (seen[t] && seen[next]) cut.seen += length;
+    }
+  }
+  return cuts;
+}
+
+// The pair of parts to join next, or none.
+std::pair<int, int> NextJoin(const PartSurface& surface, const std::vector<std::uint8_t>& seen,
+                             const std::vector<std::uint8_t>& near_seen, const std::vector<int>& labels) {
+  const std::map<std::pair<int, int>, Cut> cuts = Cuts(surface, near_seen, labels);
+  std::pair<int, int> worst{-1, -1};
+  double least = kLeastSeenOfCut;
+  for (const auto& [pair, cut] : cuts) {
+    if (cut.seen < least * cut.length) {
+      least = cut.seen / cut.length;
+      worst = pair;
+    }
+  }
+  if (worst.first >= 0) return worst;
+
+  std::map<int, std::pair<double, double>> areas;  // all, seen
+  for (int t = 0; t < surface.n(); ++t) {
+    areas[labels[t]].first += surface.areas[t];
+    if (seen[t]) areas[labels[t]].second += surface.areas[t];
+  }
+  double longest = 0.0;
+  for (const auto& [pair, cut] : cuts) {
+    for (int part : {pair.first, pair.second}) {
+      const auto& [all, seen_area] = areas[part];
+      if (seen_area < kLeastSeenOfPart * all && cut.length > longest) {
+        longest = cut.length;
+        worst = pair;
+      }
+    }
+  }
+  return worst;
+}
+
+}  // namespace
+
+void JoinOverUnseen(const PartSurface& surface, const std::vector<std::uint8_t>& seen, std::vector<int>& labels) {
+  const std::vector<std::uint8_t> near_seen = Widened(surface, seen);
+  for (;;) {
+    const auto [keep, join] = NextJoin(surface, seen, near_seen, labels);
+    if (keep < 0) return;
+    std::replace(labels.begin(), labels.end(), join, keep);
+  }
+}
+
+}  // namespace geond
