@@ -6,12 +6,31 @@
 #include <string>
 
 #include "core/charge/dense.h"
+#include "core/charge/fast.h"
 #include "core/charge/panels.h"
 
 namespace geond {
 namespace {
 
-constexpr std::size_t kMostDense = 6000;  // triangles: 288 MB
+constexpr std::size_t kDenseByItself = 1000;  // triangles up to which the exact matrix is chosen
+constexpr std::size_t kMostDense = 30000;     // up to which it is made at all: 7.2 GB
+
+ChargeOptions::Solver Choose(const ChargeOptions& options, std::size_t triangles) {
+  using Solver = ChargeOptions::Solver;
+  Solver solver = options.solver;
+  if (solver == Solver::kAuto) {
+    solver = triangles <= kDenseByItself || options.tolerance < charge::kLeastFastTolerance ? Solver::kDense : Solver::kFast;
+  }
+  if (solver == Solver::kDense && triangles > kMostDense) {
+    throw std::invalid_argument("the exact solve takes up to " + std::to_string(kMostDense) + " triangles and the mesh has " +
+                                std::to_string(triangles) + ": use the fast solver with a tolerance of 1e-6 or more, or "
+                                "remesh more coarsely");
+  }
+  if (solver == Solver::kFast && options.tolerance < charge::kLeastFastTolerance) {
+    throw std::invalid_argument("the fast charge solver reaches a tolerance of 1e-6: ask for that, or for the exact solve");
+  }
+  return solver;
+}
 
 }  // namespace
 
@@ -20,19 +39,19 @@ ChargeDensity SolveChargeDensity(const TriangleMesh& mesh, const ChargeOptions& 
   if (!(options.tolerance > 0.0)) throw std::invalid_argument("the tolerance of the charge must be positive");
   ThrowIfStopped(stop);
   const charge::Panels panels = charge::MakePanels(mesh);
-  if (panels.size() > kMostDense) {
-    throw std::invalid_argument("the mesh has " + std::to_string(panels.size()) + " triangles, the exact solve takes " +
-                                std::to_string(kMostDense) + ": remesh it more coarsely");
-  }
+  const ChargeOptions::Solver solver = Choose(options, panels.size());
   charge::UnitPotentialSolution unit =
-      charge::SolveDense(mesh, panels, charge::DenseMethod::kGmres, options.threads, stop, on_step);
+      solver == ChargeOptions::Solver::kDense
+          ? charge::SolveDense(mesh, panels, charge::DenseMethod::kGmres, options.threads, stop, on_step)
+          : charge::SolveFast(mesh, panels, charge::FastSettingsFor(options.tolerance, panels.size()), options.threads, stop,
+                              on_step);
 
   ChargeDensity result;
   for (std::size_t i = 0; i < panels.size(); ++i) result.capacitance += unit.x[i] * panels.area[i];
   result.potential = 1.0 / result.capacitance;
   result.density = std::move(unit.x);
   for (double& value : result.density) value *= result.potential;
-  result.solver = ChargeOptions::Solver::kDense;
+  result.solver = solver;
   result.setup_seconds = unit.setup_seconds;
   result.solve_seconds = unit.solve_seconds;
   result.peak_bytes = unit.peak_bytes;

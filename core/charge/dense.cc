@@ -27,7 +27,7 @@ class StripMatrix {
   static constexpr std::ptrdiff_t kRows = 256;
 
   explicit StripMatrix(std::size_t n)
-      : n_(static_cast<std::ptrdiff_t>(n)), values_(new double[n * n]) {}
+      : n_(static_cast<std::ptrdiff_t>(n)), values_(new double[n * n + kPadding]) {}
 
   std::ptrdiff_t size() const { return n_; }
   std::ptrdiff_t strips() const { return (n_ + kRows - 1) / kRows; }
@@ -99,7 +99,7 @@ UnitPotentialSolution SolveDense(const TriangleMesh& mesh, const Panels& panels,
       double* const rows = &y[strip * StripMatrix::kRows];
       const int count = static_cast<int>(A.rows(strip));
       std::fill_n(rows, count, 0.0);
-      kernels.multiply_double(A.column(strip, 0), count, static_cast<int>(n), count, x.data(), rows);
+      kernels.double_precision.multiply(A.column(strip, 0), count, static_cast<std::ptrdiff_t>(n), x.data(), rows);
     });
   };
   const std::vector<double> ones(n, 1.0);

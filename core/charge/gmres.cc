@@ -86,14 +86,16 @@ GmresResult SolveGmres(const LinearMap& A, const LinearMap& precondition, std::s
   for (double& value : basis[0]) value /= b_norm;
   std::vector<std::vector<double>> R;                // upper triangle, a column an iteration
   std::vector<double> cosine, sine, g = {b_norm};  // Givens rotations, and the right-hand side they have turned
-  std::vector<double> z(n), w(n);
+  std::vector<std::vector<double>> preconditioned;  // what each basis vector became
+  std::vector<double> w(n);
   result.summary.residual = 1.0;
   std::size_t k = 0;
   for (; k < static_cast<std::size_t>(options.max_iterations); ++k) {
     if (result.summary.residual <= options.tolerance) break;
     ThrowIfStopped(stop);
-    precondition(basis[k], z);
-    A(z, w);
+    preconditioned.emplace_back(n);
+    precondition(basis[k], preconditioned[k]);
+    A(preconditioned[k], w);
     std::vector<double> h(k + 2, 0.0);
     const double before = Orthogonalise(blocks, basis, k + 1, w, h);
     Orthogonalise(blocks, basis, k + 1, w, h);  // twice is enough
@@ -129,13 +131,11 @@ GmresResult SolveGmres(const LinearMap& A, const LinearMap& precondition, std::s
     for (std::size_t j = i + 1; j < k; ++j) sum -= R[j][i] * y[j];
     y[i] = sum / R[i][i];
   }
-  std::fill(w.begin(), w.end(), 0.0);
   blocks.ForEach([&](std::size_t, std::size_t begin, std::size_t end) {
     for (std::size_t j = 0; j < k; ++j) {
-      for (std::size_t i = begin; i < end; ++i) w[i] += y[j] * basis[j][i];
+      for (std::size_t i = begin; i < end; ++i) result.x[i] += y[j] * preconditioned[j][i];
     }
   });
-  precondition(w, result.x);
   result.summary.iterations = static_cast<int>(k);
   result.summary.converged = result.summary.residual <= options.tolerance;
   result.summary.message = result.summary.converged ? "converged" : "the residual stopped above the tolerance";

@@ -24,8 +24,8 @@ struct GmresResult {
   SolveSummary summary;  // residual: |b - A x| / |b| as the recurrence knows it
 };
 
-// Solves A x = b by GMRES (Saad and Schultz 1986), preconditioned from the right by `precondition`, an approximate inverse,
-// so that the residual is the true one. Calls on_iteration(iteration, residual) after each step. Throws Cancelled.
+// Solves A x = b by flexible GMRES (Saad 1993), preconditioned from the right by `precondition`, an approximate inverse that
+// may round as it likes: the answer is put together from what it gave. The residual is the true one. Calls on_iteration(iteration, residual) after each step. Throws Cancelled.
 GmresResult SolveGmres(const LinearMap& A, const LinearMap& precondition, std::span<const double> b,
                        const GmresOptions& options, const std::stop_token& stop = {},
                        const std::function<void(int, double)>& on_iteration = {});

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <span>
 
 #include "core/charge/triangle_frame.h"
@@ -16,9 +17,46 @@ struct Kernels {
   void (*triangle_potential)(const TriangleFrame& triangle, const double* x, const double* y, const double* z, int n,
                              double* out);
 
-  // y += A x for a column-major block of `rows` by `columns` whose columns lie `stride` apart.
-  void (*multiply_double)(const double* A, int rows, int columns, int stride, const double* x, double* y);
+  // The loops of both precisions. Vectors of harmonics (harmonics.h) are padded with zeros to `stride` numbers, a multiple
+  // of kPadding; so are the points of a leaf, with charges 0.
+  template <typename Real>
+  struct Loops {
+    // y += A x for a column-major block of `rows` by `columns`. Up to kPadding numbers behind the block are read.
+    void (*multiply)(const Real* A, int rows, std::ptrdiff_t columns, const Real* x, Real* y);
+
+    // out[i] = sum over g of weight[g]/|r_i - p_g|, n padded.
+    void (*point_potential)(int n, const Real* x, const Real* y, const Real* z, int points, const Real* px, const Real* py,
+                            const Real* pz, const Real* weight, Real* out);
+
+    // M += sum over i of q[i] U(x[i], y[i], z[i]), n padded.
+    void (*add_multipole)(int order, int n, const Real* x, const Real* y, const Real* z, const Real* q, Real* M);
+
+    // out[i] += sum_j U_j(x[i], y[i], z[i]) L[j], n padded.
+    void (*add_potential)(int order, int n, const Real* x, const Real* y, const Real* z, const Real* L, Real* out);
+
+    // Y[v] += K X[v] for `vectors` vectors of `stride` numbers, K column-major with `columns` columns of `stride`.
+    void (*translate)(const Real* K, int columns, int stride, int vectors, const Real* X, Real* Y);
+  };
+  Loops<float> single_precision;
+  Loops<double> double_precision;
+
+  // The last `own` rows of the inverse of an m by m matrix A, column-major, `own` by m. M holds the transpose of A row by
+  // row in rows of `width` numbers, width >= m + own and a multiple of kPadding, the rest of each row zero; it is destroyed.
+  // Elimination without pivoting, which the potential's matrix bears. False if a pivot vanishes.
+  bool (*inverse_rows)(float* M, int m, int own, int width, float* rows);
 };
+
+constexpr int kPadding = 16;
+constexpr int Padded(int n) { return (n + kPadding - 1) / kPadding * kPadding; }
+
+template <typename Real>
+const Kernels::Loops<Real>& LoopsOf(const Kernels& kernels) {
+  if constexpr (sizeof(Real) == sizeof(float)) {
+    return kernels.single_precision;
+  } else {
+    return kernels.double_precision;
+  }
+}
 
 // The best that this machine can run, and all that it can run (the plainest first).
 const Kernels& BestKernels();

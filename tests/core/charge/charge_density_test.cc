@@ -170,6 +170,66 @@ TEST(SolveChargeDensity, GivesTheSameBitsOnAnyNumberOfThreads) {
   }
 }
 
+ChargeOptions Fast(double tolerance) {
+  ChargeOptions options;
+  options.solver = ChargeOptions::Solver::kFast;
+  options.tolerance = tolerance;
+  return options;
+}
+
+// Root mean square and largest difference of two densities, relative to their mean over the area.
+std::pair<double, double> Difference(const TriangleMesh& mesh, const ChargeDensity& a, const ChargeDensity& b) {
+  const std::vector<double> areas = TriangleAreas(mesh);
+  const double area = std::accumulate(areas.begin(), areas.end(), 0.0);
+  double squares = 0.0, largest = 0.0;
+  for (std::size_t i = 0; i < areas.size(); ++i) {
+    const double difference = (a.density[i] - b.density[i]) * area;  // the mean is 1 / area
+    squares += areas[i] / area * difference * difference;
+    largest = std::max(largest, std::abs(difference));
+  }
+  return {std::sqrt(squares), largest};
+}
+
+TEST(SolveChargeDensity, FastDiffersFromExactByLessThanTheTolerance) {
+  for (const TriangleMesh& mesh : {shapes::Sphere(3), shapes::Cube(14), shapes::Cube(12, 3.0), shapes::Peanut(16), Vase(),
+                                   shapes::Merged(shapes::Sphere(2), shapes::Ellipsoid(2, 0.2, 0.3, 0.4))}) {
+    const ChargeDensity exact = SolveChargeDensity(mesh, Exact());
+    const ChargeDensity fast = SolveChargeDensity(mesh, Fast(5e-4));
+    EXPECT_EQ(fast.solver, ChargeOptions::Solver::kFast);
+    EXPECT_TRUE(fast.summary.converged) << fast.summary.message;
+    EXPECT_NEAR(Charge(mesh, fast), 1.0, 1e-12);
+    const auto [rms, largest] = Difference(mesh, fast, exact);
+    EXPECT_LT(rms, 5e-4) << mesh.triangles.size();
+    EXPECT_LT(largest, 5e-3) << mesh.triangles.size();
+  }
+}
+
+TEST(SolveChargeDensity, FastComesWithinAMillionthWhenAsked) {
+  for (const TriangleMesh& mesh : {shapes::Sphere(3), shapes::Cube(10, 2.0)}) {
+    const auto [rms, largest] = Difference(mesh, SolveChargeDensity(mesh, Fast(1e-6)), SolveChargeDensity(mesh, Exact()));
+    EXPECT_LT(rms, 1e-6) << mesh.triangles.size();
+    EXPECT_LT(largest, 1e-5) << mesh.triangles.size();
+  }
+}
+
+TEST(SolveChargeDensity, FastGivesTheSameBitsOnAnyNumberOfThreads) {
+  const TriangleMesh mesh = shapes::Sphere(4);
+  ChargeOptions options = Fast(1e-3);
+  options.threads = 1;
+  const std::vector<double> expected = SolveChargeDensity(mesh, options).density;
+  for (int threads : {2, 5}) {
+    options.threads = threads;
+    EXPECT_THAT(SolveChargeDensity(mesh, options).density, ContainerEq(expected));
+  }
+}
+
+TEST(SolveChargeDensity, ChoosesTheSolverByItselfAndSaysWhatAnOtherCannotDo) {
+  EXPECT_EQ(SolveChargeDensity(shapes::Sphere(2)).solver, ChargeOptions::Solver::kDense);
+  EXPECT_EQ(SolveChargeDensity(shapes::Sphere(3)).solver, ChargeOptions::Solver::kFast);
+  EXPECT_THROW(SolveChargeDensity(shapes::Sphere(2), Fast(1e-8)), std::invalid_argument);
+  EXPECT_THROW(SolveChargeDensity(shapes::Cube(71), Exact()), std::invalid_argument);
+}
+
 TEST(SolveChargeDensity, SolvesOpenSheetsAndEdgesOfThreeTriangles) {
   TriangleMesh fins;
   fins.vertices = {{0, 0, 0}, {0, 0, 1}, {1, 0, 0}, {0, 1, 0}, {-1, -1, 0}};

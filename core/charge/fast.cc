@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/charge/fast.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <utility>
+
+#include "core/base/parallel.h"
+#include "core/charge/far_field.h"
+#include "core/charge/gmres.h"
+#include "core/charge/interactions.h"
+#include "core/charge/schwarz.h"
+#include "core/charge/tree.h"
+
+namespace geond::charge {
+namespace {
+
+constexpr double kLeastSingleTolerance = 1e-4;  // below it single precision will not do
+
+class Stopwatch {
+ public:
+  // Seconds since the last lap or the beginning.
+  double Lap() {
+    const auto now = std::chrono::steady_clock::now();
+    return std::chrono::duration<double>(now - std::exchange(last_, now)).count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+template <typename Real>
+UnitPotentialSolution Solve(const TriangleMesh& mesh, const Panels& panels, const FastSettings& settings, int threads,
+                            const std::stop_token& stop, const StepObserver& on_step, FastReport& report,
+                            const Kernels& kernels) {
+  const std::size_t n = panels.size();
+  const auto step = [&](const char* name, int done) {
+    ThrowIfStopped(stop);
+    if (on_step) on_step(name, done, 0);
+  };
+  Stopwatch total, phase;
+  UnitPotentialSolution solution;
+
+  step("charge: tree", 0);
+  const Tree tree = BuildTree(mesh, panels, settings.leaf_capacity, threads);
+  const Interactions interactions = FindInteractions(tree, settings.theta, 64);
+  report.tree_seconds = phase.Lap();
+  step("charge: near field", 0);
+  const NearField<Real> near(mesh, panels, tree, interactions.near, settings.near, threads, kernels);
+  report.near_seconds = phase.Lap();
+  step("charge: far field", 0);
+  const std::span<const RulePoint> rule =
+      settings.double_precision ? std::span<const RulePoint>(kSevenPoints) : std::span<const RulePoint>(kThreePoints);
+  FarField<Real> far(mesh, panels, tree, interactions.far, settings.order, rule, threads, kernels);
+  report.far_seconds = phase.Lap();
+  step("charge: preconditioner", 0);
+  const SchwarzInverse inverse(panels, tree, interactions.near, near, settings.local_triangles, threads, kernels);
+  report.preconditioner_seconds = phase.Lap();
+
+  report.cells = tree.cells.size();
+  report.leaves = tree.leaves.size();
+  report.near_pairs = (near.bytes() - interactions.near.source.size() * sizeof(std::size_t)) / sizeof(Real);
+  report.far_pairs = interactions.far.source.size();
+  report.matrices = far.matrices();
+  report.near_bytes = near.bytes();
+  report.far_bytes = far.bytes();
+  report.preconditioner_bytes = inverse.bytes();
+  solution.setup_seconds = total.Lap();
+
+  step("charge: solve", 0);
+  std::vector<Real> x_real(n);
+  const LinearMap product = [&](std::span<const double> x, std::span<double> y) {
+    Stopwatch watch;
+    for (std::size_t i = 0; i < n; ++i) x_real[i] = static_cast<Real>(x[i]);
+    far.Spread(x_real);
+    ParallelFor(static_cast<std::ptrdiff_t>(tree.leaves.size()), threads, 16, [&](std::ptrdiff_t leaf) {
+      const Cell& cell = tree.cells[tree.leaves[leaf]];
+      std::vector<Real> potential(Padded(cell.count()), Real(0));
+      near.AddPotential(static_cast<int>(leaf), x_real, potential.data());
+      far.AddPotential(static_cast<int>(leaf), potential.data());
+      for (int i = 0; i < cell.count(); ++i) y[cell.begin + i] = potential[i];
+    });
+    report.product_seconds += watch.Lap();
+  };
+  const LinearMap precondition = [&](std::span<const double> x, std::span<double> y) { inverse.Apply(x, y); };
+  GmresOptions options;
+  options.tolerance = settings.residual;
+  options.max_iterations = 150;
+  options.threads = threads;
+  const std::vector<double> ones(n, 1.0);
+  GmresResult result = SolveGmres(product, precondition, ones, options, stop, [&](int iteration, double) {
+    if (on_step) on_step("charge: solve", iteration, 0);
+  });
+  solution.x.resize(n);
+  for (std::size_t i = 0; i < n; ++i) solution.x[tree.order[i]] = result.x[i];
+  solution.solve_seconds = total.Lap();
+  solution.peak_bytes = report.near_bytes + report.far_bytes + report.preconditioner_bytes +
+                        tree.cells.size() * sizeof(Cell) + (result.summary.iterations + 4) * n * sizeof(double);
+  solution.summary = std::move(result.summary);
+  solution.summary.seconds = solution.setup_seconds + solution.solve_seconds;
+  return solution;
+}
+
+}  // namespace
+
+// Measured against the exact matrix (tests/validation/charge_accuracy_validation.cc). The density is rougher than the
+// potential: its error is ten to forty times the relative residual, and grows as the triangles shrink.
+FastSettings FastSettingsFor(double tolerance, std::size_t triangles) {
+  FastSettings settings;
+  const double finer = std::sqrt(1e4 / std::max(1e4, static_cast<double>(triangles)));
+  settings.residual = 0.015 * tolerance * finer;
+  if (tolerance >= kLeastSingleTolerance) {
+    settings.order = triangles <= 20000 ? 7 : 8;
+    return settings;
+  }
+  settings.double_precision = true;
+  settings.order = tolerance >= 1e-5 ? 10 : 12;
+  settings.theta = 0.6;
+  settings.leaf_capacity = 64;
+  settings.local_triangles = 96;
+  settings.near = {4.0, 1e9};
+  return settings;
+}
+
+UnitPotentialSolution SolveFast(const TriangleMesh& mesh, const Panels& panels, const FastSettings& settings, int threads,
+                                const std::stop_token& stop, const StepObserver& on_step, FastReport* report,
+                                const Kernels& kernels) {
+  FastReport unread;
+  FastReport& filled = report ? *report : unread;
+  return settings.double_precision ? Solve<double>(mesh, panels, settings, threads, stop, on_step, filled, kernels)
+                                   : Solve<float>(mesh, panels, settings, threads, stop, on_step, filled, kernels);
+}
+
+}  // namespace geond::charge

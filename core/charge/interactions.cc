@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/charge/interactions.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace geond::charge {
+namespace {
+
+using Pair = std::pair<int, int>;  // target, source
+
+class Traversal {
+ public:
+  Traversal(const Tree& tree, double theta, std::ptrdiff_t least_work)
+      : tree_(tree), theta_squared_(theta * theta), least_work_(least_work), leaf_of_cell_(tree.cells.size(), -1) {
+    for (std::size_t i = 0; i < tree.leaves.size(); ++i) leaf_of_cell_[tree.leaves[i]] = static_cast<int>(i);
+  }
+
+  void Visit(int target, int source) {
+    const Cell &A = tree_.cells[target], &B = tree_.cells[source];
+    const double reach = A.centroid_radius + B.triangle_radius;
+    const bool far_apart = reach * reach < theta_squared_ * (A.centre - B.centre).squaredNorm();
+    if (far_apart && static_cast<std::ptrdiff_t>(A.count()) * B.count() >= least_work_) {
+      far.emplace_back(target, source);
+    } else if (A.is_leaf() && B.is_leaf()) {
+      near.emplace_back(leaf_of_cell_[target], leaf_of_cell_[source]);
+    } else if (!A.is_leaf() && !B.is_leaf() && A.level == B.level) {
+      for (int a = A.first_child; a < A.first_child + A.child_count; ++a) {
+        for (int b = B.first_child; b < B.first_child + B.child_count; ++b) Visit(a, b);
+      }
+    } else if (B.is_leaf() || (!A.is_leaf() && A.level < B.level)) {
+      for (int a = A.first_child; a < A.first_child + A.child_count; ++a) Visit(a, source);
+    } else {
+      for (int b = B.first_child; b < B.first_child + B.child_count; ++b) Visit(target, b);
+    }
+  }
+
+  std::vector<Pair> near, far;
+
+ private:
+  const Tree& tree_;
+  double theta_squared_;
+  std::ptrdiff_t least_work_;
+  std::vector<int> leaf_of_cell_;
+};
+
+Interactions::Lists SortByTarget(const std::vector<Pair>& pairs, std::size_t targets) {
+  Interactions::Lists lists;
+  lists.begin.assign(targets + 1, 0);
+  for (const auto& [target, source] : pairs) ++lists.begin[target + 1];
+  for (std::size_t t = 0; t < targets; ++t) lists.begin[t + 1] += lists.begin[t];
+  lists.source.resize(pairs.size());
+  std::vector<std::size_t> next(lists.begin.begin(), lists.begin.end() - 1);
+  for (const auto& [target, source] : pairs) lists.source[next[target]++] = source;
+  for (std::size_t t = 0; t < targets; ++t) {
+    std::sort(lists.source.begin() + lists.begin[t], lists.source.begin() + lists.begin[t + 1]);
+  }
+  return lists;
+}
+
+}  // namespace
+
+Interactions FindInteractions(const Tree& tree, double theta, std::ptrdiff_t least_work) {
+  Traversal traversal(tree, theta, least_work);
+  traversal.Visit(0, 0);
+  Interactions interactions;
+  interactions.near = SortByTarget(traversal.near, tree.leaves.size());
+  interactions.far = SortByTarget(traversal.far, tree.cells.size());
+  return interactions;
+}
+
+}  // namespace geond::charge

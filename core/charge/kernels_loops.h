@@ -1,0 +1,286 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstring>
+
+#include "core/charge/kernels.h"
+#include "core/charge/lanes.h"
+
+// The loops of the fast solver in packs, for float and double (kernels.h says what each does). Internal linkage as in
+// lanes.h.
+namespace geond::charge {
+namespace {
+
+template <typename Real>
+struct PackOf;
+template <>
+struct PackOf<double> { using type = DoublePack; };
+template <>
+struct PackOf<float> { using type = FloatPack; };
+
+template <typename Pack, typename Real>
+inline Pack Load(const Real* from) {
+  Pack pack;
+  std::memcpy(&pack, from, sizeof pack);
+  return pack;
+}
+
+template <typename Pack, typename Real>
+inline void Store(Real* to, Pack pack) {
+  std::memcpy(to, &pack, sizeof pack);
+}
+
+// a * b + c, rounded once where the machine can: these loops promise their sums to rounding, not to the bit.
+template <typename Pack, typename Factor>
+inline Pack MultiplyAdd(Pack a, Factor b, Pack c) {
+  const Pack factor = b - Pack{};
+#if defined(__AVX512F__)
+  if constexpr (sizeof(a[0]) == sizeof(float)) {
+    return _mm512_fmadd_ps(a, factor, c);
+  } else {
+    return _mm512_fmadd_pd(a, factor, c);
+  }
+#elif defined(__AVX2__)
+  if constexpr (sizeof(a[0]) == sizeof(float)) {
+    return _mm256_fmadd_ps(a, factor, c);
+  } else {
+    return _mm256_fmadd_pd(a, factor, c);
+  }
+#else
+  return a * factor + c;
+#endif
+}
+
+// A strip of kPacks packs of rows stays in registers while the columns go by, two at a time. The last pack of a strip may
+// reach into the next column; what it finds there is computed on and dropped.
+template <int kPacks, typename Real>
+inline void MultiplyStrip(const Real* A, int rows, int stride, std::ptrdiff_t columns, const Real* x, Real* y) {
+  using Pack = typename PackOf<Real>::type;
+  constexpr int kLanes = sizeof(Pack) / sizeof(Real);
+  Pack even[kPacks] = {}, odd[kPacks] = {};
+  std::ptrdiff_t k = 0;
+  for (; k + 2 <= columns; k += 2, A += 2 * stride) {
+    for (int p = 0; p < kPacks; ++p) even[p] = MultiplyAdd(Load<Pack>(A + p * kLanes), x[k], even[p]);
+    for (int p = 0; p < kPacks; ++p) odd[p] = MultiplyAdd(Load<Pack>(A + stride + p * kLanes), x[k + 1], odd[p]);
+  }
+  if (k < columns) {
+    for (int p = 0; p < kPacks; ++p) even[p] = MultiplyAdd(Load<Pack>(A + p * kLanes), x[k], even[p]);
+  }
+  Real sum[kPacks * kLanes];
+  for (int p = 0; p < kPacks; ++p) Store(sum + p * kLanes, even[p] + odd[p]);
+  for (int row = 0; row < rows; ++row) y[row] += sum[row];
+}
+
+template <typename Real>
+void Multiply(const Real* A, int rows, std::ptrdiff_t columns, const Real* x, Real* y) {
+  constexpr int kLanes = kPackBytes / sizeof(Real);
+  for (int row = 0; row < rows;) {
+    const int left = rows - row, packs = (left + kLanes - 1) / kLanes;
+    if (packs >= 4) {
+      MultiplyStrip<4>(A + row, std::min(left, 4 * kLanes), rows, columns, x, y + row);
+      row += 4 * kLanes;
+    } else if (packs >= 2) {
+      MultiplyStrip<2>(A + row, std::min(left, 2 * kLanes), rows, columns, x, y + row);
+      row += 2 * kLanes;
+    } else {
+      MultiplyStrip<1>(A + row, left, rows, columns, x, y + row);
+      row += kLanes;
+    }
+  }
+}
+
+inline DoublePack ReciprocalSqrt(DoublePack x) { return 1.0 / Sqrt(x); }
+
+// The machine's estimate and one step of Newton's.
+inline FloatPack ReciprocalSqrt(FloatPack x) {
+#if defined(__AVX512F__)
+  const FloatPack estimate = _mm512_maskz_rsqrt14_ps(0xffff, x);
+#elif defined(__AVX2__)
+  const FloatPack estimate = _mm256_rsqrt_ps(x);
+#else
+  FloatPack estimate = x;
+  for (int i = 0; i < kFloats; ++i) estimate[i] = 1.0f / std::sqrt(x[i]);
+#endif
+  return estimate * (1.5f - 0.5f * x * estimate * estimate);
+}
+
+template <typename Real>
+void PointPotential(int n, const Real* x, const Real* y, const Real* z, int points, const Real* px, const Real* py,
+                    const Real* pz, const Real* weight, Real* out) {
+  using Pack = typename PackOf<Real>::type;
+  constexpr int kLanes = sizeof(Pack) / sizeof(Real);
+  for (int i = 0; i < n; i += kLanes) {
+    const Pack rx = Load<Pack>(x + i), ry = Load<Pack>(y + i), rz = Load<Pack>(z + i);
+    Pack sum = {};
+    for (int g = 0; g < points; ++g) {
+      const Pack dx = rx - px[g], dy = ry - py[g], dz = rz - pz[g];
+      sum += weight[g] * ReciprocalSqrt(dx * dx + dy * dy + dz * dz + Real(1e-30));
+    }
+    Store(out + i, sum);
+  }
+}
+
+constexpr int kHighestOrder = 20;
+
+// The factors of U_n^m = rise z U_(n-1)^m - fall r^2 U_(n-2)^m.
+template <typename Real>
+struct HarmonicFactors {
+  Real rise[kHighestOrder + 1][kHighestOrder + 1] = {}, fall[kHighestOrder + 1][kHighestOrder + 1] = {};
+  constexpr HarmonicFactors() {
+    for (int n = 1; n <= kHighestOrder; ++n) {
+      for (int m = 0; m < n; ++m) {
+        rise[n][m] = static_cast<Real>((2.0 * n - 1.0) / (n * n - m * m));
+        fall[n][m] = static_cast<Real>(1.0 / (n * n - m * m));
+      }
+    }
+  }
+};
+
+// U(x, y, z) of harmonics.h, a pack of points at a time.
+template <typename Pack, typename Real>
+inline void RegularHarmonicsOf(int order, Pack x, Pack y, Pack z, Pack* U) {
+  static constexpr HarmonicFactors<Real> kFactors;
+  const Pack r2 = x * x + y * y + z * z;
+  Pack top_re = x * Real(0) + Real(1), top_im = x * Real(0);
+  for (int m = 0; m <= order; ++m) {
+    if (m > 0) {
+      const Real factor = Real(-0.5) / m;
+      const Pack re = factor * (x * top_re - y * top_im);
+      top_im = factor * (x * top_im + y * top_re);
+      top_re = re;
+    }
+    Pack re1 = top_re, im1 = top_im, re2 = x * Real(0), im2 = re2;
+    for (int n = m; n <= order; ++n) {
+      if (n > m) {
+        const Pack rise = kFactors.rise[n][m] * z, fall = kFactors.fall[n][m] * r2;
+        const Pack re = rise * re1 - fall * re2, im = rise * im1 - fall * im2;
+        re2 = re1, re1 = re, im2 = im1, im1 = im;
+      }
+      if (m == 0) {
+        U[n * n] = re1;
+      } else {
+        U[n * n + 2 * m - 1] = re1;
+        U[n * n + 2 * m] = im1;
+      }
+    }
+  }
+}
+
+template <typename Real>
+void AddMultipole(int order, int n, const Real* x, const Real* y, const Real* z, const Real* q, Real* M) {
+  using Pack = typename PackOf<Real>::type;
+  constexpr int kLanes = sizeof(Pack) / sizeof(Real), kMost = (kHighestOrder + 1) * (kHighestOrder + 1);
+  const int count = (order + 1) * (order + 1);
+  Pack U[kMost], sum[kMost];
+  for (int j = 0; j < count; ++j) sum[j] = Pack{};
+  for (int i = 0; i < n; i += kLanes) {
+    RegularHarmonicsOf<Pack, Real>(order, Load<Pack>(x + i), Load<Pack>(y + i), Load<Pack>(z + i), U);
+    const Pack charge = Load<Pack>(q + i);
+    for (int j = 0; j < count; ++j) sum[j] = MultiplyAdd(charge, U[j], sum[j]);
+  }
+  for (int j = 0; j < count; ++j) {
+    Real lanes[kLanes];
+    Store(lanes, sum[j]);
+    for (int half = kLanes / 2; half > 0; half /= 2) {
+      for (int lane = 0; lane < half; ++lane) lanes[lane] += lanes[lane + half];
+    }
+    M[j] += lanes[0];
+  }
+}
+
+template <typename Real>
+void AddPotential(int order, int n, const Real* x, const Real* y, const Real* z, const Real* L, Real* out) {
+  using Pack = typename PackOf<Real>::type;
+  constexpr int kLanes = sizeof(Pack) / sizeof(Real), kMost = (kHighestOrder + 1) * (kHighestOrder + 1);
+  const int count = (order + 1) * (order + 1);
+  Pack U[kMost];
+  for (int i = 0; i < n; i += kLanes) {
+    RegularHarmonicsOf<Pack, Real>(order, Load<Pack>(x + i), Load<Pack>(y + i), Load<Pack>(z + i), U);
+    Pack sum[4] = {Load<Pack>(out + i), {}, {}, {}};
+    int j = 0;
+    for (; j + 4 <= count; j += 4) {
+      for (int s = 0; s < 4; ++s) sum[s] = MultiplyAdd(U[j + s], L[j + s], sum[s]);
+    }
+    for (; j < count; ++j) sum[0] += U[j] * L[j];
+    Store(out + i, (sum[0] + sum[1]) + (sum[2] + sum[3]));
+  }
+}
+
+// kPacks packs of rows of kVectors results stay in registers while the columns go by.
+template <int kPacks, int kVectors, typename Real>
+inline void TranslateTile(const Real* K, int columns, int stride, const Real* X, Real* Y) {
+  using Pack = typename PackOf<Real>::type;
+  constexpr int kLanes = sizeof(Pack) / sizeof(Real);
+  Pack sum[kVectors][kPacks] = {};
+  for (int k = 0; k < columns; ++k) {
+    Pack column[kPacks];
+    for (int p = 0; p < kPacks; ++p) column[p] = Load<Pack>(K + k * stride + p * kLanes);
+    for (int v = 0; v < kVectors; ++v) {
+      for (int p = 0; p < kPacks; ++p) sum[v][p] = MultiplyAdd(column[p], X[v * stride + k], sum[v][p]);
+    }
+  }
+  for (int v = 0; v < kVectors; ++v) {
+    for (int p = 0; p < kPacks; ++p) {
+      Real* const to = Y + v * stride + p * kLanes;
+      Store(to, Load<Pack>(to) + sum[v][p]);
+    }
+  }
+}
+
+template <typename Real>
+void Translate(const Real* K, int columns, int stride, int vectors, const Real* X, Real* Y) {
+  constexpr int kLanes = kPackBytes / sizeof(Real);
+  constexpr int kWide = kPackBytes == 64 ? 4 : 2, kMany = kPackBytes == 64 ? 6 : 5;  // what the registers hold
+  int v = 0;
+  const auto rows = [&]<int kVectors>() {
+    int row = 0;
+    for (; row + kWide * kLanes <= stride; row += kWide * kLanes) {
+      TranslateTile<kWide, kVectors>(K + row, columns, stride, X + v * stride, Y + v * stride + row);
+    }
+    for (; row < stride; row += kLanes) {
+      TranslateTile<1, kVectors>(K + row, columns, stride, X + v * stride, Y + v * stride + row);
+    }
+  };
+  for (; v + kMany <= vectors; v += kMany) rows.template operator()<kMany>();
+  for (; v + 2 <= vectors; v += 2) rows.template operator()<2>();
+  for (; v < vectors; ++v) rows.template operator()<1>();
+}
+
+bool InverseRows(float* M, int m, int own, int width, float* rows) {
+  const int halo = m - own;  // rows below have no right-hand side yet
+  for (int k = 0; k < m; ++k) {
+    const float* const pivot_row = M + static_cast<std::ptrdiff_t>(k) * width;
+    const float pivot = pivot_row[k];
+    if (!(std::fabs(pivot) > 1e-30f)) return false;
+    const int from = (k + 1) / kFloats * kFloats, to = k < halo ? m : m + own;
+    for (int i = k + 1; i < m; ++i) {
+      float* const row = M + static_cast<std::ptrdiff_t>(i) * width;
+      const float factor = -row[k] / pivot;
+      for (int j = from; j < to; j += kFloats) {
+        Store(row + j, MultiplyAdd(Load<FloatPack>(pivot_row + j), factor, Load<FloatPack>(row + j)));
+      }
+    }
+  }
+  for (int k = m - 1; k >= 0; --k) {
+    float* const row = M + static_cast<std::ptrdiff_t>(k) * width;
+    float* const result = rows + static_cast<std::ptrdiff_t>(k) * own;
+    for (int a = 0; a < own; ++a) result[a] = row[m + a];
+    for (int j = k + 1; j < m; ++j) {
+      const float factor = row[j];
+      const float* const known = rows + static_cast<std::ptrdiff_t>(j) * own;
+      for (int a = 0; a < own; ++a) result[a] -= factor * known[a];
+    }
+    for (int a = 0; a < own; ++a) result[a] /= row[k];
+  }
+  return true;
+}
+
+template <typename Real>
+constexpr Kernels::Loops<Real> MakeLoops() {
+  return {Multiply<Real>, PointPotential<Real>, AddMultipole<Real>, AddPotential<Real>, Translate<Real>};
+}
+
+}  // namespace
+}  // namespace geond::charge

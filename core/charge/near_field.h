@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "core/charge/interactions.h"
+#include "core/charge/kernels.h"
+#include "core/charge/tree.h"
+
+namespace geond::charge {
+
+// How the integral over a near triangle is taken, by the distance of its centroid in its diameters: exactly, then by seven
+// points, then by three.
+struct NearRule {
+  double exact_within = 1.5;
+  double seven_points_within = 4.0;
+};
+
+// The matrix of the near pairs, held: for each leaf the columns of all its near triangles, one after another without gaps.
+// Triangles are counted in the tree's order.
+template <typename Real>
+class NearField {
+ public:
+  NearField(const TriangleMesh& mesh, const Panels& panels, const Tree& tree, const Interactions::Lists& near,
+            const NearRule& rule, int threads, const Kernels& kernels);
+
+  // potential[i] += sum over the near triangles of leaf `leaf`, for its triangles i = 0, 1, ...
+  void AddPotential(int leaf, std::span<const Real> x, Real* potential) const;
+
+  // The columns of leaf `source` in the rows of leaf `target`, or null if they are far.
+  const Real* Block(int target, int source) const;
+
+  std::size_t bytes() const { return value_count_ * sizeof(Real) + block_begin_.size() * sizeof(std::size_t); }
+
+ private:
+  void FillColumns(int source, const TriangleMesh& mesh, const Panels& panels, const NearRule& rule,
+                   std::span<const std::pair<int, std::size_t>> targets);
+
+  const Tree& tree_;
+  const Interactions::Lists& near_;
+  const Kernels& kernels_;
+  std::vector<std::size_t> block_begin_;  // of each pair of `near`, into values_
+  std::size_t value_count_ = 0;
+  std::unique_ptr<Real[]> values_;
+};
+
+extern template class NearField<float>;
+extern template class NearField<double>;
+
+}  // namespace geond::charge

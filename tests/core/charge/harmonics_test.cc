@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/charge/harmonics.h"
+
+#include <cmath>
+#include <random>
+
+#include <Eigen/LU>
+#include <gtest/gtest.h>
+
+#include "core/charge/kernels.h"
+
+namespace geond::charge {
+namespace {
+
+using Eigen::Vector3d;
+constexpr int kOrder = 9;
+
+Eigen::Map<const Eigen::VectorXd> AsVector(const std::vector<double>& values) {
+  return {values.data(), static_cast<Eigen::Index>(values.size())};
+}
+
+struct Random {
+  std::mt19937_64 engine{11};
+  double operator()() { return static_cast<double>(engine() >> 11) * 0x1p-52 - 1.0; }
+  Vector3d Vector() { return {(*this)(), (*this)(), (*this)()}; }
+};
+
+TEST(ShiftMatrix, MovesTheCentreOfTheHarmonics) {
+  Random random;
+  const Vector3d shift = random.Vector(), y = random.Vector();
+  const std::vector<double> before = RegularHarmonics(y, kOrder), after = RegularHarmonics(0.5 * y + shift, kOrder);
+  EXPECT_LT((ShiftMatrix(shift, 0.5, kOrder) * AsVector(before) - AsVector(after)).norm(), 1e-14);
+}
+
+TEST(MultipoleToLocalMatrix, GivesThePotentialToTheOrderOfTheExpansion) {
+  Random random;
+  double last = 1.0;
+  for (int order : {4, 8, 12, 16}) {
+    double largest = 0.0;
+    for (int i = 0; i < 40; ++i) {
+      const Vector3d source = 0.5 * random.Vector(), target = 0.5 * random.Vector(), distance(3.0, -2.0, 1.0);
+      const double source_scale = i % 2 ? 0.5 : 1.0;
+      const Eigen::VectorXd L = MultipoleToLocalMatrix(distance, source_scale, order) * AsVector(RegularHarmonics(source, order));
+      const double potential = L.dot(AsVector(RegularHarmonics(target, order)));
+      largest = std::max(largest, std::abs(potential * (distance + target - source_scale * source).norm() - 1.0));
+    }
+    EXPECT_LT(largest, 0.1 * last) << order;
+    last = largest;
+  }
+  EXPECT_LT(last, 1e-7);
+}
+
+TEST(ReflectionSigns, LeaveOneMatrixForEightDistances) {
+  const Vector3d distance(3.0, 2.0, 5.0);
+  const Eigen::MatrixXd K = MultipoleToLocalMatrix(distance, 0.5, kOrder);
+  for (int axes = 0; axes < 8; ++axes) {
+    const Vector3d reflected(axes & 1 ? -3.0 : 3.0, axes & 2 ? -2.0 : 2.0, axes & 4 ? -5.0 : 5.0);
+    const std::vector<double> signs = ReflectionSigns(axes, kOrder);
+    const auto S = AsVector(signs).asDiagonal();
+    EXPECT_LT((MultipoleToLocalMatrix(reflected, 0.5, kOrder) - S * K * S).norm(), 1e-13 * K.norm());
+  }
+}
+
+TEST(Kernels, GatherAndEvaluateHarmonicsAlikeInEveryInstructionSetAndPrecision) {
+  constexpr int kPoints = 32, kUsed = 27;
+  Random random;
+  std::vector<double> x(kPoints, 0.0), y(kPoints, 0.0), z(kPoints, 0.0), q(kPoints, 0.0);
+  Eigen::VectorXd M = Eigen::VectorXd::Zero(CoefficientCount(kOrder));
+  for (int i = 0; i < kUsed; ++i) {
+    x[i] = random(), y[i] = random(), z[i] = random(), q[i] = random();
+    M += q[i] * AsVector(RegularHarmonics({x[i], y[i], z[i]}, kOrder));
+  }
+  const auto check = [&](auto one, const Kernels& kernels, double tolerance) {
+    using Real = decltype(one);
+    const auto& loops = LoopsOf<Real>(kernels);
+    const std::vector<Real> rx(x.begin(), x.end()), ry(y.begin(), y.end()), rz(z.begin(), z.end()), rq(q.begin(), q.end());
+    std::vector<Real> gathered(Padded(CoefficientCount(kOrder)), 0), potential(kPoints, 1);
+    loops.add_multipole(kOrder, kPoints, rx.data(), ry.data(), rz.data(), rq.data(), gathered.data());
+    for (Eigen::Index j = 0; j < M.size(); ++j) EXPECT_NEAR(gathered[j], M[j], tolerance) << kernels.name;
+    loops.add_potential(kOrder, kPoints, rx.data(), ry.data(), rz.data(), gathered.data(), potential.data());
+    for (int i = 0; i < kUsed; ++i) {
+      EXPECT_NEAR(potential[i], 1.0 + M.dot(AsVector(RegularHarmonics({x[i], y[i], z[i]}, kOrder))), 10 * tolerance);
+    }
+  };
+  for (const Kernels* kernels : UsableKernels()) {
+    check(1.0f, *kernels, 1e-5);
+    check(1.0, *kernels, 1e-13);
+  }
+}
+
+TEST(Kernels, MultiplyTranslateAndInvertAlikeInEveryInstructionSet) {
+  Random random;
+  constexpr int kRows = 37, kColumns = 21, kStride = 48, kVectors = 9, kLocal = 29, kOwn = 11;
+  std::vector<double> A(kRows * kColumns + kPadding), x(kColumns), K(kStride * kColumns), X(kVectors * kStride);
+  for (auto* values : {&A, &x, &K, &X}) {
+    for (double& value : *values) value = random();
+  }
+  Eigen::MatrixXf local = Eigen::MatrixXf::Identity(kLocal, kLocal) * 8.0f;
+  for (float& value : local.reshaped()) value += static_cast<float>(random());
+  const Eigen::MatrixXf inverse = local.inverse();
+  for (const Kernels* kernels : UsableKernels()) {
+    std::vector<double> y(kRows, 0.5), Y(kVectors * kStride, 0.25);
+    kernels->double_precision.multiply(A.data(), kRows, kColumns, x.data(), y.data());
+    for (int i = 0; i < kRows; ++i) {
+      double expected = 0.5;
+      for (int k = 0; k < kColumns; ++k) expected += A[k * kRows + i] * x[k];
+      EXPECT_NEAR(y[i], expected, 1e-13) << kernels->name;
+    }
+    kernels->double_precision.translate(K.data(), kColumns, kStride, kVectors, X.data(), Y.data());
+    for (int v = 0; v < kVectors; ++v) {
+      for (int i = 0; i < kStride; ++i) {
+        double expected = 0.25;
+        for (int k = 0; k < kColumns; ++k) expected += K[k * kStride + i] * X[v * kStride + k];
+        EXPECT_NEAR(Y[v * kStride + i], expected, 1e-13) << kernels->name;
+      }
+    }
+    const int width = Padded(kLocal + kOwn);
+    std::vector<float> M(kLocal * width, 0.0f), rows(kLocal * kOwn);
+    for (int i = 0; i < kLocal; ++i) {
+      for (int k = 0; k < kLocal; ++k) M[k * width + i] = local(i, k);
+      if (i >= kLocal - kOwn) M[i * width + kLocal + i - (kLocal - kOwn)] = 1.0f;
+    }
+    EXPECT_TRUE(kernels->inverse_rows(M.data(), kLocal, kOwn, width, rows.data()));
+    for (int a = 0; a < kOwn; ++a) {
+      for (int j = 0; j < kLocal; ++j) EXPECT_NEAR(rows[j * kOwn + a], inverse(kLocal - kOwn + a, j), 1e-5) << kernels->name;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace geond::charge
