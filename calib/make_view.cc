@@ -9,6 +9,7 @@
 
 #include "calib/depth_jumps.h"
 #include "calib/printed.h"
+#include "calib/speckles.h"
 
 namespace geond::calib {
 namespace {
@@ -86,6 +87,7 @@ CutView Cut(const Exposure& exposure, const SensorModel& sensor, const StationGe
     }
   }
   RejectMixedPixels(view, options.max_incidence);
+  RejectSpeckles(view);
   view = EstimateNormals(std::move(view), options, threads);
   return cut;
 }
