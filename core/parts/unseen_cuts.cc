@@ -10,8 +10,8 @@ namespace geond {
 namespace {
 
 constexpr int kReach = 2;                   // triangles: the surface this near to seen ones is known well enough
-constexpr double kLeastSeenOfCut = 0.4;     // of a boundary's length, or its parts are joined
-constexpr double kLeastSeenOfPart = 0.15;   // of a part's area, or it joins a neighbour
+constexpr double kLeastSeenOfCut = 0.6;     // of a boundary's length, or its parts are joined
+constexpr double kLeastSeenOfPart = 0.3;    // of a part's area, or it joins a neighbour
 
 std::vector<std::uint8_t> Widened(const PartSurface& surface, std::vector<std::uint8_t> seen) {
   for (int step = 0; step < kReach; ++step) {
