@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <fstream>
+
+#include "daemon/command/input.h"
+#include "daemon/command/offline_commands.h"
+
+namespace geond::daemon {
+namespace {
+
+// One label a line, as the Princeton segmentation benchmark has it.
+void WriteLabels(const std::vector<int>& labels, const std::filesystem::path& path) {
+  std::ofstream file(path);
+  for (const int label : labels) file << label << '\n';
+  file.close();
+  if (!file) throw FileError(path.string(), "write", "it cannot be written", "Check the folder and the space left");
+}
+
+}  // namespace
+
+CommandResult Segment(const SegmentArguments& arguments, const CommandContext& context) {
+  const Stopwatch watch;
+  const Input input = ReadInput(arguments.input, arguments.unit);
+  const TriangleMesh& mesh = MeshOf(input);
+  PartSegmentation parts;
+  try {
+    const ChargeDensity charge = SolveChargeDensity(mesh, arguments.charge, context.stop, context.on_step);
+    if (context.on_step) context.on_step("segment", 0, 0);
+    parts = SegmentParts(mesh, charge, arguments.options, context.stop);
+  } catch (const std::invalid_argument& error) {
+    throw FileError(input.name, "segment", error.what());
+  }
+  if (!arguments.seg.empty()) WriteLabels(parts.labels, arguments.seg);
+  Json boundaries = Json::array();
+  for (const PartBoundary& boundary : parts.boundaries) {
+    boundaries.push_back({{"a", boundary.a},
+                          {"b", boundary.b},
+                          {"length_mm", 1e3 * boundary.length},
+                          {"closed", boundary.closed},
+                          {"strength", boundary.strength}});
+  }
+  CommandResult result;
+  result.json = {{"n_parts", parts.n_parts},
+                 {"n_triangles", mesh.triangles.size()},
+                 {"labels", parts.labels},
+                 {"boundaries", std::move(boundaries)},
+                 {"significance", parts.significance},
+                 {"message", parts.message},
+                 {"seconds", watch.seconds()}};
+  result.text = Format("%d part%s", parts.n_parts, parts.n_parts == 1 ? "" : "s");
+  for (int part = 0; part < parts.n_parts; ++part) {
+    result.text += Format("\n  part %d: %td triangles", part,
+                          std::count(parts.labels.begin(), parts.labels.end(), part));
+  }
+  for (const PartBoundary& boundary : parts.boundaries) {
+    result.text += Format("\n  %d meets %d over %.1f mm%s, strength %.2f", boundary.a, boundary.b,
+                          1e3 * boundary.length, boundary.closed ? "" : " (open)", boundary.strength);
+  }
+  return result;
+}
+
+}  // namespace geond::daemon

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+// geond: the service that runs a scanning station.
+#include <csignal>
+#include <iostream>
+
+#include <CLI/CLI.hpp>
+#include <spdlog/spdlog.h>
+#include <spdlog/sinks/stdout_color_sinks.h>
+
+#include "core/base/error.h"
+#include "daemon/config.h"
+#include "daemon/open_station.h"
+#include "daemon/server.h"
+
+namespace {
+
+using namespace geond::daemon;
+
+Config Configuration(const std::string& path, const std::vector<std::string>& settings) {
+  Config config = path.empty() ? Config{} : ReadConfig(path);
+  for (const std::string& setting : settings) SetConfigKey(config, setting);
+  return config;
+}
+
+void Serve(const Config& config, const std::function<Config()>& reload) {
+  spdlog::set_level(spdlog::level::from_str(config.log_level));
+  Server server(config, OpenStation(config));
+  spdlog::info("geond {} serves a {} station on {}:{}{}", GEOND_VERSION, config.station_kind, config.api_address, server.port(),
+               config.api_unix_socket.empty() ? "" : " and " + config.api_unix_socket);
+  server.Run(true, reload);
+  spdlog::info("geond ends");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::signal(SIGPIPE, SIG_IGN);
+  CLI::App app("geond: runs a scanning station and describes what it scans; `geon` talks to it", "geond");
+  std::string path;
+  std::vector<std::string> settings;
+  bool check = false, print = false, safe_off = false;
+  app.set_version_flag("--version", std::string("geond ") + GEOND_VERSION);
+  app.add_option("--config", path, "Configuration file; without it, every key has its default");
+  app.add_option("--set", settings, "Overrides one key: --set scan.views=12 (may be repeated)")->take_all();
+  app.add_flag("--check", check, "Only check the configuration");
+  app.add_flag("--safe-off", safe_off, "Only switch laser and motor off, as after a crash");
+  app.add_flag("--print-config", print, "Only print the configuration in force, every key with its meaning");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  }
+  try {
+    spdlog::set_default_logger(spdlog::stderr_color_mt("geond"));
+    const Config config = Configuration(path, settings);
+    if (print) {
+      std::cout << ConfigText(config);
+    } else if (check) {
+      std::cout << (path.empty() ? "The defaults" : path) << ": fine\n";
+    } else if (safe_off) {
+      OpenStation(config);  // a station is made safe when it is opened, and again when it is closed
+    } else {
+      Serve(config, [&] { return Configuration(path, settings); });
+    }
+    return 0;
+  } catch (const std::exception& error) {
+    std::cerr << "geond: " << error.what() << std::endl;
+    return 1;
+  }
+}
