@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "core/base/parallel.h"
+#include "core/geon/anneal_type.h"
 #include "core/geon/fit_data.h"
 #include "core/geon/multi_start.h"
 #include "core/geon/objective.h"
@@ -16,7 +17,7 @@
 namespace geond {
 namespace {
 
-constexpr int kSearchPoints = 150;
+constexpr int kSearchPoints = 112;
 
 void CheckOptions(const FitOptions& options) {
   if (options.types.empty()) throw std::invalid_argument("no geon type was asked for");
@@ -95,8 +96,15 @@ std::vector<GeonFit> FitGeons(const PointCloud& part, const FitOptions& options,
   ParallelFor(total, options.threads, 1, [&](std::ptrdiff_t i) {
     const std::size_t at = types.size() - 1 - static_cast<std::size_t>(i);
     GeonFit& fit = fits[at];
-    const RefineResult found = SearchType(types[at], data, frames, options.search_lambda, options.lambda, stop);
-    const RefineResult reported = Polish(found.state, data, options.report_lambda);
+    RefineResult found, reported;
+    if (options.optimizer == FitOptions::Optimizer::kVfsr) {
+      const std::uint64_t seed = options.seed + 1000003 * static_cast<std::uint64_t>(types[at]);
+      found = reported = AnnealType(types[at], data, options.lambda, seed, options.vfsr, stop);
+      reported.evaluations = 0;
+    } else {
+      found = SearchType(types[at], data, frames, options.search_lambda, options.lambda, stop);
+      reported = Polish(found.state, data, options.report_lambda);
+    }
     fit.geon = InDataFrame(reported.state, data);
     fit.residual = MeanDistance(reported.state, data) * data.unit;
     fit.t1 = found.t1 * data.unit;

@@ -8,13 +8,17 @@
 #include "core/base/progress.h"
 #include "core/base/solve_summary.h"
 #include "core/geon/geon.h"
+#include "core/geon/vfsr.h"
 #include "core/geometry/point_cloud.h"
 
 namespace geond {
 
 struct FitOptions {
+  // Many starts refined by Levenberg-Marquardt, or the thesis' annealing alone (which finds the least objective of deformed
+  // types in a small share of its runs).
   enum class Optimizer { kMultiStart, kVfsr };
   Optimizer optimizer = Optimizer::kMultiStart;
+  VfsrOptions vfsr;
   std::vector<GeonType> types{kGeonTypes.begin(), kGeonTypes.end()};
   double lambda = 5.0;          // weight of the normals in E = t1 + lambda gamma t2 (5.18) when the model is chosen
   double search_lambda = 0.3;   // ... while searching
@@ -22,7 +26,7 @@ struct FitOptions {
   double fallback_ratio = 1.10;      // a deformed winner falls back to its base type if
   double fallback_distance = 0.001;  // E_base <= fallback_ratio E + fallback_distance D, D the diagonal of the data
   int max_points = 1500;        // more are thinned, evenly and deterministically
-  std::uint64_t seed = 1;
+  std::uint64_t seed = 1;       // of the annealing; the multi-start draws nothing at random
   int threads = 0;
 };
 

@@ -9,12 +9,15 @@
 namespace geond {
 namespace {
 
-// Rounds of the search: how many candidates stay, and how many steps each then gets.
+// Rounds of the search on few points: how many candidates stay, how many steps each gets, and whether at the lambda of the
+// search or of the choice.
 struct Round {
   int keep, steps;
+  bool at_search_lambda;
+  double floor;
 };
-constexpr Round kRounds[] = {{40, 4}, {16, 6}, {6, 10}};
-constexpr int kFinalists = 3;
+constexpr Round kRounds[] = {{40, 4, true, 1e-2}, {16, 6, true, 3e-3}, {12, 8, false, 3e-3}, {6, 8, false, 1e-3}};
+constexpr int kFinalists = 6;
 
 void KeepBest(std::vector<RefineResult>& candidates, std::size_t count) {
   std::stable_sort(candidates.begin(), candidates.end(),
@@ -54,7 +57,7 @@ RefineResult Polish(const GeonState& start, const FitData& data, double lambda) 
     options.lambda = lambda;
     options.floor = std::max(0.1 * t1, 1e-9);
     options.iterations = pass == 0 ? 30 : 40;
-    options.tolerance = pass == 0 ? 1e-5 : 1e-12;
+    options.tolerance = pass == 0 ? 1e-4 : 1e-9;
     options.damping = 1e-4;
     result = Refine(result.state, data.all, bounds, options);
     evaluations += result.evaluations;
@@ -86,27 +89,27 @@ RefineResult SearchType(GeonType type, const FitData& data, const std::vector<Ei
     ThrowIfStopped(stop);
     KeepBest(candidates, round.keep);
     options.iterations = round.steps;
+    options.lambda = round.at_search_lambda ? search_lambda : lambda;
+    options.floor = round.floor;
     for (RefineResult& candidate : candidates) {
       candidate = Refine(candidate.state, data.few, bounds, options);
       evaluations += candidate.evaluations;
     }
-    options.floor *= 0.3;
     KeepBest(candidates, round.keep);
     DropTwins(candidates);
   }
   KeepBest(candidates, kFinalists);
   for (RefineResult& candidate : candidates) {
     ThrowIfStopped(stop);
-    RefineOptions first = options;
-    first.iterations = 20;
-    const RefineResult settled = Refine(candidate.state, data.all, bounds, first);
-    evaluations += settled.evaluations;
-    candidate = Polish(settled.state, data, lambda);
+    options.iterations = 12;
+    options.lambda = lambda;
+    candidate = Refine(candidate.state, data.all, bounds, options);
     evaluations += candidate.evaluations;
   }
   KeepBest(candidates, 1);
-  candidates.front().evaluations = evaluations;
-  return candidates.front();
+  RefineResult best = Polish(candidates.front().state, data, lambda);
+  best.evaluations += evaluations;
+  return best;
 }
 
 }  // namespace geond

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+// Types and parameters found in range data of random geons under noise: fit_noise_validation [geons a type] [seed].
+// Sizes pooled over the three of a geon, relative; position over D, the geon's diagonal; axis the angle of G's z axis.
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <string>
+
+#include "core/geon/fit.h"
+#include "core/geon/misfit.h"
+#include "core/geon/objective.h"
+#include "tests/validation/geon_views.h"
+
+namespace {
+
+using namespace geond;
+
+struct Condition {
+  const char* name;
+  ViewOptions views;
+};
+
+double Quantile(std::vector<double> v, double q) {
+  if (v.empty()) return 0.0;
+  std::sort(v.begin(), v.end());
+  return v[std::min(v.size() - 1, static_cast<std::size_t>(q * static_cast<double>(v.size())))];
+}
+
+struct Errors {
+  std::vector<double> size, position, axis;
+};
+
+void AddErrors(const Geon& truth, const Geon& found, double diagonal, Errors& errors) {
+  Eigen::Vector3d size = found.size;
+  const Eigen::Vector3d swapped(size.y(), size.x(), size.z());
+  if ((swapped - truth.size).norm() < (size - truth.size).norm() && !IsCurved(truth.type)) size = swapped;
+  for (int k = 0; k < 3; ++k) errors.size.push_back(std::abs(size[k] / truth.size[k] - 1.0));
+  errors.position.push_back((found.X_TG.translation() - truth.X_TG.translation()).norm() / diagonal);
+  double cosine = std::abs((truth.X_TG.matrix().transpose() * found.X_TG.matrix())(2, 2));
+  if (truth.type == GeonType::kCuboid || truth.type == GeonType::kEllipsoid) {
+    cosine = (truth.X_TG.matrix().transpose() * found.X_TG.matrix()).cwiseAbs().col(2).maxCoeff();
+  }
+  errors.axis.push_back(std::acos(std::min(1.0, cosine)) * 180.0 / std::numbers::pi);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const int count = argc > 1 ? std::atoi(argv[1]) : 20;
+  const std::uint64_t seed = argc > 2 ? std::strtoull(argv[2], nullptr, 10) : 1;
+  const char* only = argc > 3 ? argv[3] : "";
+  const Condition conditions[] = {
+      {"0, 4 views", {4, 400, 0.0}},          {"0.5 %, 4 views", {4, 400, 0.005, 24}},
+      {"1 %, 4 views", {4, 400, 0.01, 40}},   {"2 %, 4 views", {4, 400, 0.02, 80}},
+      {"1 %, 1 view", {1, 400, 0.01, 40}},    {"1 %, 4 views, 20 % outliers", {4, 400, 0.01, 40, 2500, 0.2}},
+  };
+  for (const Condition& condition : conditions) {
+    if (std::string(condition.name).find(only) == std::string::npos) continue;
+    Errors errors;
+    int right = 0, total = 0, missed = 0;
+    int table[8][8] = {};
+    double t2 = 0.0;
+    const std::clock_t begin = std::clock();
+    double fitting = 0.0;
+    for (const GeonType type : kGeonTypes) {
+      Draw draw(seed * 1000 + static_cast<std::uint64_t>(type));
+      for (int i = 0; i < count; ++i) {
+        Geon truth = RandomGeon(type, draw);
+        if (i % 2 == 0 && BaseType(type) == GeonType::kCylinder && !IsCurved(type)) {   // half of them of revolution
+          truth.size.y() = truth.size.x();
+          truth.taper.y() = truth.taper.x();
+        }
+        truth = Canonical(truth);
+        const PointCloud part = ViewsOfGeon(truth, condition.views, draw);
+        FitOptions options;
+        options.threads = 1;
+        const std::clock_t start = std::clock();
+        const auto fits = FitGeons(part, options);
+        fitting += static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+        const Geon& found = fits.front().geon;
+        ++total;
+        right += found.type == type;
+        if (found.type != type && std::getenv("SHOW")) {
+          std::printf("  %d-%d:", static_cast<int>(type), i);
+          for (const GeonFit& fit : fits) std::printf(" %d %.4f", static_cast<int>(fit.geon.type), fit.objective / DiagonalOf(truth));
+          std::printf("  (truth %.4f)\n", EvaluateObjective(truth, part, 5.0).value / DiagonalOf(truth));
+        }
+        ++table[static_cast<int>(type)][static_cast<int>(found.type)];
+        const Objective at_truth = EvaluateObjective(truth, part, 5.0);
+        t2 += at_truth.t2;
+        for (const GeonFit& fit : fits) {
+          if (fit.geon.type != type) continue;
+          missed += fit.objective > 1.001 * at_truth.value + 1e-9;
+          AddErrors(truth, fit.geon, DiagonalOf(truth), errors);
+        }
+      }
+    }
+    std::printf("%-28s right %4d of %4d (%.1f %%)  own type above truth %d  size %.5f | %.4f  position/D %.5f | %.4f  "
+                "axis %.3f | %.2f deg  (t2 of truth %.4f, %.1f ms a fit, %.0f s)\n",
+                condition.name, right, total, 100.0 * right / total, missed, Quantile(errors.size, 0.5),
+                Quantile(errors.size, 0.9), Quantile(errors.position, 0.5), Quantile(errors.position, 0.9),
+                Quantile(errors.axis, 0.5), Quantile(errors.axis, 0.9), t2 / total, 1e3 * fitting / total,
+                static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC);
+    for (int t = 1; t <= 7; ++t) {
+      for (int f = 1; f <= 7; ++f) {
+        if (t != f && table[t][f]) std::printf("    %d of %d taken for %d\n", table[t][f], t, f);
+      }
+    }
+    std::fflush(stdout);
+  }
+}
