@@ -68,7 +68,7 @@ ChargeScale ScaleOfCharge(const ObjectPictureData& data) {
     const double ratio = mean != 0.0 ? density / mean : 1.0;
     scale.values.push_back(std::log(std::clamp(ratio, 1e-3, 1e3)));
   }
-  // The end holds all but two in a hundred of the area on either side.
+  // Between the ends lie all but five in a hundred of the area on either side.
   std::vector<std::size_t> order(areas.size());
   std::iota(order.begin(), order.end(), 0);
   std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
@@ -76,13 +76,13 @@ ChargeScale ScaleOfCharge(const ObjectPictureData& data) {
   });
   double below = 0.0, low = 0.0, high = 0.0;
   for (std::size_t t : order) {
-    if (below <= 0.02 * total) low = scale.values[t];
-    if (below <= 0.98 * total) high = scale.values[t];
+    if (below <= 0.05 * total) low = scale.values[t];
+    if (below <= 0.95 * total) high = scale.values[t];
     below += areas[t];
   }
   // To a half or whole doubling, so that the legend says round numbers.
   const double octaves = std::max(std::abs(low), std::abs(high)) / std::log(2.0);
-  scale.end = std::clamp(std::ceil(2.0 * octaves - 0.2) / 2.0, 0.5, 4.0) * std::log(2.0);
+  scale.end = std::clamp(std::ceil(2.0 * octaves - 0.2) / 2.0, 0.5, 2.0) * std::log(2.0);
   return scale;
 }
 
@@ -121,7 +121,7 @@ Scene SceneOf(const ObjectPictureData& data, Panel panel) {
       for (std::size_t part = 0; part < data.geons.size(); ++part) {
         MeshStyle style;
         style.color = PartColor(static_cast<int>(part));
-        style.opacity = data.cloud.empty() ? 1.0 : 0.72;
+        style.opacity = data.cloud.empty() ? 1.0 : 0.82;
         scene.Add(data.geons[part].surface, style);
         LineStyle edge;
         edge.color = FromLight(0.35f * ToLight(style.color));
@@ -129,7 +129,7 @@ Scene SceneOf(const ObjectPictureData& data, Panel panel) {
       }
       if (!data.cloud.empty()) {
         CloudStyle style;
-        style.color = Color::Constant(0.22f);
+        style.color = Color::Constant(0.12f);
         style.radius = 0.0014 * BoundingBox(data.cloud.points).diagonal().norm();
         PointCloud thin = data.cloud;
         if (thin.size() > 6000) {
@@ -258,13 +258,13 @@ Image ObjectPicture(const ObjectPictureData& data, const ObjectPictureOptions& o
   render.rows = layout.panel_rows / options.samples;
   render.samples = options.samples;
   render.threads = options.threads;
-  const Camera camera = Framing(all, options.azimuth, options.elevation, static_cast<double>(render.columns) / render.rows, 0.06);
+  const Camera camera = Framing(all, options.azimuth, options.elevation, static_cast<double>(render.columns) / render.rows, 0.085);
 
   int rows = layout.title + layout.down * (layout.panel_rows + around);
   rows = options.rows > 0 ? options.rows * options.samples : (rows + options.samples - 1) / options.samples * options.samples;
   Canvas canvas(options.columns * options.samples, rows, Color::Ones());
   if (!data.title.empty()) {
-    const double height = 1.35 * layout.letter;
+    const double height = std::min(1.35 * layout.letter, 0.95 * canvas.columns * 6.0 / TextWidth(data.title));
     canvas.DrawText(data.title, 0.5 * (canvas.columns - TextWidth(data.title) * height / 6.0), 2.4 * layout.letter, height, kInk, 1.2);
   }
   for (int i = 0; i < n; ++i) {

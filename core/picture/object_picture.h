@@ -33,7 +33,7 @@ struct ObjectPictureOptions {
   int rows = 0;                // 0: what suits the panels
   double azimuth = 0.6;        // rad: where the eye is, from +x counter-clockwise, ...
   double elevation = 0.35;     // rad: ... and above the horizon
-  int samples = 3;             // a side of a pixel: smooth edges
+  int samples = 2;             // a side of a pixel, 1 to 4: smooth edges
   int threads = 0;
 };
 

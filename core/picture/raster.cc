@@ -93,18 +93,24 @@ void AddTriangles(const Scene::Mesh& item, const View& view, std::vector<FlatTri
   }
 }
 
-// How far points lie apart: the median distance to the nearest of the others would need a search; points on a surface of the
-// area that the cloud shows give it well enough.
+// How far points on a surface lie apart: for some of them, the disc that reaches to the sixth of the others holds six.
 double TypicalSpacing(const PointCloud& cloud) {
-  if (cloud.size() < 2) return 1e-3;
-  const Eigen::Vector3d size = BoundingBox(cloud.points).sizes();
-  const double half_surface = size.x() * size.y() + size.y() * size.z() + size.z() * size.x();
-  return std::max(std::sqrt(1.4 * half_surface / static_cast<double>(cloud.size())), 1e-4 * size.norm());
+  constexpr std::size_t kProbed = 96, kNeighbors = 6;
+  if (cloud.size() <= kNeighbors) return 1e-3;
+  std::vector<double> spacings, squared(cloud.size());
+  for (std::size_t k = 0; k < kProbed; ++k) {
+    const Eigen::Vector3d& p = cloud.points[k * cloud.size() / kProbed];
+    for (std::size_t i = 0; i < cloud.size(); ++i) squared[i] = (cloud.points[i] - p).squaredNorm();
+    std::nth_element(squared.begin(), squared.begin() + kNeighbors, squared.end());
+    spacings.push_back(std::sqrt(squared[kNeighbors] * 3.14159265 / kNeighbors));
+  }
+  std::nth_element(spacings.begin(), spacings.begin() + kProbed / 2, spacings.end());
+  return std::max(spacings[kProbed / 2], 1e-4 * BoundingBox(cloud.points).sizes().norm());
 }
 
 void AddDiscs(const Scene::Cloud& item, const View& view, std::vector<Disc>& discs) {
   const PointCloud& cloud = item.cloud;
-  const double radius = item.style.radius > 0.0 ? item.style.radius : 0.55 * TypicalSpacing(cloud);
+  const double radius = item.style.radius > 0.0 ? item.style.radius : (cloud.has_normals() ? 0.8 : 0.65) * TypicalSpacing(cloud);
   const Color plain = ToLight(item.style.color);
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     Disc disc;

@@ -57,8 +57,8 @@ Canvas DrawScene(const Scene& scene, const Camera& camera, const RenderOptions& 
   const double size = 2.0 * camera.distance * std::tan(0.5 * camera.field_of_view);  // m across the picture
   std::vector<float> open_solid(solid.depth.size(), 1.0f), open_clear = open_solid;
   if (options.occlusion) {
-    open_solid = Openness(solid, view, 0.06 * size, options.threads);
-    open_clear = Openness(clear, view, 0.06 * size, options.threads);
+    open_solid = Openness(solid, view, 0.06 * size, options.samples, options.threads);
+    open_clear = Openness(clear, view, 0.06 * size, options.samples, options.threads);
   }
   std::optional<GroundShadow> shadow;
   if (options.ground_shadow) shadow = GroundShadow::Of(scene, camera);

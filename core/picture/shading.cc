@@ -25,52 +25,60 @@ std::array<Eigen::Vector3f, kProbes> Probes(int turn) {
   return probes;
 }
 
+// The openness of one pixel, as its probes say.
+float ProbedOpenness(const SurfaceLayer& layer, const View& view, double radius, int column, int row,
+                     const std::array<Eigen::Vector3f, kProbes>& probes) {
+  const std::size_t i = layer.index(column, row);
+  const Eigen::Vector3d at = view.EyePoint(column + 0.5, row + 0.5, layer.depth[i]);
+  const Eigen::Vector3f& n = layer.normal[i];
+  const Eigen::Vector3f x = n.unitOrthogonal(), y = n.cross(x);
+  float hidden = 0.0f;
+  for (const Eigen::Vector3f& probe : probes) {
+    const Eigen::Vector3d p = at + radius * (probe.x() * x + probe.y() * y + (probe.z() + 0.03f) * n).cast<double>();
+    const double depth = -p.z();
+    const int u = static_cast<int>(std::floor(0.5 * layer.columns + view.focal() * p.x() / depth));
+    const int v = static_cast<int>(std::floor(0.5 * layer.rows - view.focal() * p.y() / depth));
+    if (u < 0 || v < 0 || u >= layer.columns || v >= layer.rows) continue;
+    const double nearer = depth - layer.depth[layer.index(u, v)];
+    // What lies far before the surface does not shade it.
+    if (nearer > 0.01 * radius) hidden += static_cast<float>(std::clamp(1.6 - nearer / radius, 0.0, 1.0));
+  }
+  return 1.0f - hidden / kProbes;
+}
+
 }  // namespace
 
-std::vector<float> Openness(const SurfaceLayer& layer, const View& view, double radius, int threads) {
-  std::vector<float> raw(layer.depth.size(), 1.0f), smooth(layer.depth.size(), 1.0f);
+std::vector<float> Openness(const SurfaceLayer& layer, const View& view, double radius, int samples, int threads) {
   std::array<std::array<Eigen::Vector3f, kProbes>, kTile * kTile> tiles;
   for (int turn = 0; turn < kTile * kTile; ++turn) tiles[turn] = Probes(turn * 7 % (kTile * kTile));
+  const int columns = layer.columns / samples, rows = layer.rows / samples, middle = samples / 2;
+  std::vector<float> probed(static_cast<std::size_t>(columns) * rows, 1.0f);
+  ParallelFor(rows, threads, 8, [&](std::ptrdiff_t r) {
+    for (int c = 0; c < columns; ++c) {
+      const int column = c * samples + middle, row = static_cast<int>(r) * samples + middle;
+      if (!std::isfinite(layer.depth[layer.index(column, row)])) continue;
+      probed[r * columns + c] = ProbedOpenness(layer, view, radius, column, row, tiles[(r % kTile) * kTile + c % kTile]);
+    }
+  });
 
+  std::vector<float> smooth(layer.depth.size(), 1.0f);
   ParallelFor(layer.rows, threads, 16, [&](std::ptrdiff_t row) {
     for (int column = 0; column < layer.columns; ++column) {
       const std::size_t i = layer.index(column, static_cast<int>(row));
       const float depth = layer.depth[i];
       if (!std::isfinite(depth)) continue;
-      const Eigen::Vector3d at = view.EyePoint(column + 0.5, row + 0.5, depth);
-      const Eigen::Vector3f& n = layer.normal[i];
-      const Eigen::Vector3f x = n.unitOrthogonal(), y = n.cross(x);
-      float hidden = 0.0f;
-      for (const Eigen::Vector3f& probe : tiles[(row % kTile) * kTile + column % kTile]) {
-        const Eigen::Vector3d p = at + radius * (probe.x() * x + probe.y() * y + (probe.z() + 0.03f) * n).cast<double>();
-        const double p_depth = -p.z();
-        const int u = static_cast<int>(std::floor(0.5 * layer.columns + view.focal() * p.x() / p_depth));
-        const int v = static_cast<int>(std::floor(0.5 * layer.rows - view.focal() * p.y() / p_depth));
-        if (u < 0 || v < 0 || u >= layer.columns || v >= layer.rows) continue;
-        const double nearer = p_depth - layer.depth[layer.index(u, v)];
-        // What lies far before the surface does not shade it.
-        if (nearer > 0.01 * radius) hidden += static_cast<float>(std::clamp(1.6 - nearer / radius, 0.0, 1.0));
-      }
-      raw[i] = 1.0f - hidden / kProbes;
-    }
-  });
-  ParallelFor(layer.rows, threads, 16, [&](std::ptrdiff_t row) {
-    for (int column = 0; column < layer.columns; ++column) {
-      const std::size_t i = layer.index(column, static_cast<int>(row));
-      if (!std::isfinite(layer.depth[i])) continue;
       float sum = 0.0f;
       int n = 0;
-      for (int dv = -kTile / 2; dv < kTile / 2; ++dv) {
-        for (int du = -kTile / 2; du < kTile / 2; ++du) {
-          const int u = column + du, v = static_cast<int>(row) + dv;
-          if (u < 0 || v < 0 || u >= layer.columns || v >= layer.rows) continue;
-          const std::size_t j = layer.index(u, v);
-          if (!(std::abs(layer.depth[j] - layer.depth[i]) < 0.3 * radius)) continue;
-          sum += raw[j];
+      const int c0 = column / samples - kTile / 2, r0 = static_cast<int>(row) / samples - kTile / 2;
+      for (int r = std::max(0, r0); r < std::min(rows, r0 + kTile); ++r) {
+        for (int c = std::max(0, c0); c < std::min(columns, c0 + kTile); ++c) {
+          const float other = layer.depth[layer.index(c * samples + middle, r * samples + middle)];
+          if (!(std::abs(other - depth) < 0.3f * static_cast<float>(radius))) continue;
+          sum += probed[static_cast<std::size_t>(r) * columns + c];
           ++n;
         }
       }
-      smooth[i] = n > 0 ? sum / static_cast<float>(n) : raw[i];
+      if (n > 0) smooth[i] = sum / static_cast<float>(n);
     }
   });
   return smooth;
@@ -161,7 +169,10 @@ float GroundShadow::At(const View& view, double column, double row) const {
   const auto fx = static_cast<float>(x - u), fy = static_cast<float>(y - v);
   const float* cell = &dark_[static_cast<std::size_t>(v) * kCells + u];
   const float dark = (1 - fy) * ((1 - fx) * cell[0] + fx * cell[1]) + fy * ((1 - fx) * cell[kCells] + fx * cell[kCells + 1]);
-  return 0.42f * dark;
+  // Nothing of it may end at the picture's edge.
+  const double edge = std::min({column, row, view.columns() - column, view.rows() - row}) / (0.12 * std::min(view.columns(), view.rows()));
+  const auto fade = static_cast<float>(std::clamp(edge, 0.0, 1.0));
+  return 0.42f * dark * fade * fade * (3.0f - 2.0f * fade);
 }
 
 }  // namespace geond
