@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+// This program's own open, access, stat, lstat and ioctl, which shared libraries find before the C library's: calls for the
+// mounted GPIO chip are answered here, all others go on to the kernel.
+#include "tests/sim/gpio_system_calls.h"
+
+#include <fcntl.h>
+#include <linux/gpio.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <sys/syscall.h>
+#include <sys/sysmacros.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <cstdarg>
+#include <cstring>
+#include <string_view>
+
+namespace geond::sim {
+namespace {
+
+constexpr std::string_view kNumberFile = "/sys/bus/gpio/devices/gpiochip90/dev";
+constexpr unsigned kMajor = 254, kMinor = 90;
+std::atomic<FakeGpioChip*> mounted{nullptr};
+
+bool IsChip(const char* path) { return mounted.load() != nullptr && std::string_view(path) == MountedGpioChip::kPath; }
+bool IsNumberFile(const char* path) { return mounted.load() != nullptr && path == kNumberFile; }
+
+int OpenNumberFile() {
+  constexpr std::string_view kText = "254:90\n";
+  const int fd = memfd_create("gpiochip90", MFD_CLOEXEC);
+  if (fd >= 0 && (write(fd, kText.data(), kText.size()) < 0 || lseek(fd, 0, SEEK_SET) != 0)) {
+    close(fd);
+    return -1;
+  }
+  return fd;
+}
+
+int Status(const char* path, struct stat* status, int flags) {
+  if (!IsChip(path)) return fstatat(AT_FDCWD, path, status, flags);
+  std::memset(status, 0, sizeof *status);
+  status->st_mode = S_IFCHR | 0600;
+  status->st_rdev = makedev(kMajor, kMinor);
+  return 0;
+}
+
+}  // namespace
+
+MountedGpioChip::MountedGpioChip(FakeGpioChip& chip) { mounted = &chip; }
+MountedGpioChip::~MountedGpioChip() { mounted = nullptr; }
+
+}  // namespace geond::sim
+
+extern "C" {
+
+int open(const char* path, int flags, ...) {
+  va_list arguments;
+  va_start(arguments, flags);
+  const mode_t mode = (flags & (O_CREAT | O_TMPFILE)) != 0 ? va_arg(arguments, mode_t) : 0;
+  va_end(arguments);
+  if (geond::sim::IsNumberFile(path)) return geond::sim::OpenNumberFile();
+  if (geond::sim::IsChip(path)) path = "/dev/null";
+  return static_cast<int>(syscall(SYS_openat, AT_FDCWD, path, flags, mode));
+}
+
+int access(const char* path, int mode) noexcept {
+  if (geond::sim::IsNumberFile(path) || geond::sim::IsChip(path)) return 0;
+  return static_cast<int>(syscall(SYS_faccessat, AT_FDCWD, path, mode));
+}
+
+int lstat(const char* path, struct stat* status) noexcept { return geond::sim::Status(path, status, AT_SYMLINK_NOFOLLOW); }
+
+int stat(const char* path, struct stat* status) noexcept { return geond::sim::Status(path, status, 0); }
+
+int ioctl(int fd, unsigned long request, ...) noexcept {
+  va_list arguments;
+  va_start(arguments, request);
+  void* argument = va_arg(arguments, void*);
+  va_end(arguments);
+  geond::sim::FakeGpioChip* chip = geond::sim::mounted.load();
+  if (chip == nullptr || ((request >> 8) & 0xff) != 0xB4) return static_cast<int>(syscall(SYS_ioctl, fd, request, argument));
+  const int result = chip->Ioctl(fd, request, argument);
+  if (result >= 0) return result;
+  errno = -result;
+  return -1;
+}
+
+}  // extern "C"
