@@ -128,6 +128,7 @@ std::vector<GeonFit> FitGeons(const PointCloud& part, const FitOptions& options,
   for (GeonFit& fit : fits) {
     fit.points = data.used;
     fit.points_dropped = data.dropped;
+    fit.outliers = data.outliers;
     fit.summary.seconds = seconds;
   }
   if (on_step) on_step("fit", total, total);

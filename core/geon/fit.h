@@ -44,6 +44,7 @@ struct GeonFit {
                                   // infinite where the data do not say; empty if not computed
   int points = 0;               // different, finite points with normals that were used
   int points_dropped = 0;       // ... and those that were not
+  int outliers = 0;             // of the max_points that were fitted: on no surface with their neighbours, left out
   int evaluations = 0;          // of the objective
   SolveSummary summary;
 };

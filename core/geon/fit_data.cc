@@ -12,6 +12,8 @@
 
 #include <Eigen/Eigenvalues>
 
+#include "core/geon/outliers.h"
+
 namespace geond {
 namespace {
 
@@ -54,15 +56,33 @@ Eigen::Matrix3d PrincipalFrame(const std::vector<Sample>& samples) {
 
 double Rounded(double x, double grid) { return std::nearbyint(x / grid) * grid; }
 
-LanePoints Every(const std::vector<Sample>& samples, int count) {
+// `count` of them, or all if there are fewer, evenly along the curve.
+std::vector<Sample> Every(const std::vector<Sample>& samples, int count) {
   const auto n = static_cast<std::int64_t>(samples.size());
-  count = static_cast<int>(std::min<std::int64_t>(count, n));
-  LanePoints points(count);
-  for (std::int64_t i = 0; i < count; ++i) {
-    const Sample& s = samples[(2 * i + 1) * n / (2 * count)];
-    points.Set(static_cast<int>(i), s.point, s.normal);
-  }
+  const std::int64_t kept = std::min<std::int64_t>(count, n);
+  std::vector<Sample> some;
+  for (std::int64_t i = 0; i < kept; ++i) some.push_back(samples[static_cast<std::size_t>((2 * i + 1) * n / (2 * kept))]);
+  return some;
+}
+
+LanePoints LanesOf(const std::vector<Sample>& samples) {
+  LanePoints points(static_cast<int>(samples.size()));
+  for (std::size_t i = 0; i < samples.size(); ++i) points.Set(static_cast<int>(i), samples[i].point, samples[i].normal);
   return points;
+}
+
+// Without the outliers; how many there were to `count`.
+std::vector<Sample> WithoutOutliers(const std::vector<Sample>& samples, int& count) {
+  std::vector<Eigen::Vector3d> points, normals;
+  for (const Sample& s : samples) {
+    points.push_back(s.point);
+    normals.push_back(s.normal);
+  }
+  const std::vector<bool> outlier = FindOutliers(points, normals);
+  std::vector<Sample> left;
+  for (std::size_t i = 0; i < samples.size(); ++i) if (!outlier[i]) left.push_back(samples[i]);
+  count = static_cast<int>(samples.size() - left.size());
+  return left.size() >= kLeastPoints ? left : samples;
 }
 
 }  // namespace
@@ -116,9 +136,10 @@ FitData PrepareFitData(const PointCloud& part, int max_points, int search_points
   if (samples.size() < kLeastPoints) refuse(samples.size());
   data.used = static_cast<int>(samples.size());
   data.dropped = static_cast<int>(part.size()) - data.used;
+  samples = WithoutOutliers(Every(samples, std::max(max_points, kLeastPoints)), data.outliers);
   for (const Sample& s : samples) data.box.extend(s.point);
-  data.all = Every(samples, std::max(max_points, kLeastPoints));
-  data.few = Every(samples, std::max(search_points, kLeastPoints));
+  data.all = LanesOf(samples);
+  data.few = LanesOf(Every(samples, std::max(search_points, kLeastPoints)));
   return data;
 }
 

@@ -18,6 +18,7 @@ struct FitData {
   Eigen::AlignedBox3d box; // of the points, in the own frame and unit
   int used = 0;            // points left after cleaning
   int dropped = 0;         // not finite, without a normal, or there twice
+  int outliers = 0;        // of the max_points: on no surface with their neighbours, left out
 };
 
 // Throws std::invalid_argument if `part` has no normals, fewer than 12 usable points, or all of them in one place.

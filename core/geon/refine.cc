@@ -94,6 +94,7 @@ GeonState Bounded(const GeonState& state, const ParameterBounds& bounds) {
     s.size[i] = std::clamp(s.size[i], bounds.least_size, bounds.greatest_size);
     s.center[i] = std::clamp(s.center[i], bounds.center[i] - bounds.reach, bounds.center[i] + bounds.reach);
   }
+  if (s.gamma() < bounds.least_gamma) s.size *= bounds.least_gamma / s.gamma();
   if (IsTapered(s.type)) for (int i = 0; i < 2; ++i) s.deformation[i] = std::clamp(s.deformation[i], 0.0, kMaxTaper);
   if (IsCurved(s.type)) s.deformation[0] = std::clamp(s.deformation[0], 0.0, GreatestBend(s));
   return s;

@@ -59,7 +59,7 @@ int main(int argc, char** argv) {
     Errors errors;
     int right = 0, total = 0, missed = 0;
     int table[8][8] = {};
-    double t2 = 0.0;
+    double t2 = 0.0, outliers = 0.0;
     const std::clock_t begin = std::clock();
     double fitting = 0.0;
     for (const GeonType type : kGeonTypes) {
@@ -88,6 +88,7 @@ int main(int argc, char** argv) {
         ++table[static_cast<int>(type)][static_cast<int>(found.type)];
         const Objective at_truth = EvaluateObjective(truth, part, 5.0);
         t2 += at_truth.t2;
+        outliers += fits.front().outliers;
         for (const GeonFit& fit : fits) {
           if (fit.geon.type != type) continue;
           missed += fit.objective > 1.001 * at_truth.value + 1e-9;
@@ -96,10 +97,10 @@ int main(int argc, char** argv) {
       }
     }
     std::printf("%-28s right %4d of %4d (%.1f %%)  own type above truth %d  size %.5f | %.4f  position/D %.5f | %.4f  "
-                "axis %.3f | %.2f deg  (t2 of truth %.4f, %.1f ms a fit, %.0f s)\n",
+                "axis %.3f | %.2f deg  (t2 of truth %.4f, outliers %.1f, %.1f ms a fit, %.0f s)\n",
                 condition.name, right, total, 100.0 * right / total, missed, Quantile(errors.size, 0.5),
                 Quantile(errors.size, 0.9), Quantile(errors.position, 0.5), Quantile(errors.position, 0.9),
-                Quantile(errors.axis, 0.5), Quantile(errors.axis, 0.9), t2 / total, 1e3 * fitting / total,
+                Quantile(errors.axis, 0.5), Quantile(errors.axis, 0.9), t2 / total, outliers / total, 1e3 * fitting / total,
                 static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC);
     for (int t = 1; t <= 7; ++t) {
       for (int f = 1; f <= 7; ++f) {
