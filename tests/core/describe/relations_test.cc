@@ -49,6 +49,7 @@ struct TwoParts {
     for (int t = 8; t < 16; ++t) segmentation.labels[t] = 1;
     segmentation.boundaries = {{.a = 0, .b = 1, .length = 4 * std::sqrt(2.0), .closed = true, .strength = 0.4}};
     segmentation.significance = {0.2, 0.7};
+    for (PointCloud& cloud : clouds) cloud.points = {{-1, -1, -1}, {1, 1, 1}};
     fits[0].resize(1);
     fits[0][0].geon = MakeGeon(GeonType::kCuboid, {1, 1, 2}, Pose::Translation({0, 0, -1}));
     fits[1].resize(1);
@@ -132,6 +133,15 @@ TEST(DescribeParts, LeavesOutAPartWithoutFitsAndSaysSo) {
   EXPECT_TRUE(description.relations.empty());
   ASSERT_EQ(description.notes.size(), 1u);
   EXPECT_NE(description.notes[0].find("part 2"), std::string::npos);
+}
+
+TEST(DescribeParts, SaysThatAPartIsLikeNoneOfTheShapes) {
+  TwoParts object;
+  object.fits[1][0].residual = 0.5;
+  const ObjectDescription description = object.Describe();
+  EXPECT_EQ(description.parts.size(), 2u);
+  ASSERT_EQ(description.notes.size(), 1u);
+  EXPECT_NE(description.notes[0].find("part 2 is like none"), std::string::npos);
 }
 
 TEST(DescribeParts, RefusesFitsOfAnotherObject) {
