@@ -42,7 +42,7 @@ void LineSession::TakeLines() {
   received_.erase(0, begin);
   searched_ = received_.size();
   if (received_.size() > limits_.max_line) {
-    Send(events_.too_long);
+    Send(events_.too_long());
     CloseWhenSent();
   }
 }

@@ -128,7 +128,7 @@ std::vector<Exposure> ScanRecorder::Views() const {
   return exposures;
 }
 
-ScanStore::ScanStore(const fs::path& folder) : folder_(folder / "scans") {
+ScanStore::ScanStore(const fs::path& folder) : folder_(folder) {
   MakeFolder(folder_);
   for (const fs::directory_entry& entry : fs::directory_iterator(folder_)) {
     const std::string name = entry.path().filename().string();

@@ -48,7 +48,7 @@ class ScanRecorder {
   std::filesystem::path folder_;
 };
 
-// The scans on disk: store.folder/scans/000001 and so on. Lives on the I/O thread. All calls throw FileError.
+// The scans on disk: store.folder/000001 and so on. Lives on the I/O thread. All calls throw FileError.
 class ScanStore {
  public:
   // Opens or makes the store and reads what is there; a scan that was running when the program died is interrupted.

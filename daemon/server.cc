@@ -154,7 +154,7 @@ void Server::Parts::Serve(LineSession::Socket socket) {
   auto client = std::make_shared<Client>();
   client->id = ++connections;
   if (service->clients() >= max_clients) {
-    session->Start({[](std::string_view) {}, [] {}, ""});
+    session->Start({[](std::string_view) {}, [] {}, [] { return std::string(); }});
     session->Send(ErrorLine(RpcError(RpcError::Code::kTooManyClients,
                                      "there are " + std::to_string(max_clients) + " clients already",
                                      "Close one, or raise api.max_clients")).dump());
@@ -170,8 +170,10 @@ void Server::Parts::Serve(LineSession::Socket socket) {
     service->methods().Handle(line, *client, client->send);
   };
   events.on_end = [this, client] { service->RemoveClient(client.get()); };
-  events.too_long = ErrorLine(RpcError(RpcError::Code::kTooLarge, "the line is longer than " + std::to_string(limits.max_line) +
-                                                                      " bytes", "Send one request a line")).dump();
+  events.too_long = [most = limits.max_line] {
+    return ErrorLine(RpcError(RpcError::Code::kTooLarge, "the line is longer than " + std::to_string(most) + " bytes",
+                              "Send one request a line")).dump();
+  };
   session->Send(service->Greeting());
   session->Start(std::move(events));
 }
@@ -230,7 +232,7 @@ void Server::Parts::ServeRobot(asio::ip::tcp::socket socket) {
     alive->Send(RobotAnswer(*dialect, request ? service->AnswerRobot(*request) : bad, request && HasPose(request->verb)));
   };
   events.on_end = [this] { --robot_clients; };
-  events.too_long = RobotAnswer(*dialect, bad, false);
+  events.too_long = [dialect, bad] { return RobotAnswer(*dialect, bad, false); };
   session->Start(std::move(events));
 }
 

@@ -127,7 +127,7 @@ TEST_F(ServiceTest, AScanGoesFromRequestToDescription) {
   EXPECT_EQ(Call("object.list")["objects"][0]["label"], "egg");
   EXPECT_EQ(Call("station.status")["state"], "idle");
   for (const char* file : {"scan.json", "cloud.ply", "mesh.ply", "description.json", "journal.json"}) {
-    EXPECT_TRUE(std::filesystem::exists(folder_.path() / "store/scans/000001" / file)) << file;
+    EXPECT_TRUE(std::filesystem::exists(folder_.path() / "store/000001" / file)) << file;
   }
   EXPECT_FALSE(std::filesystem::exists(folder_.path() / "store/scans/000001/view_000.exposure"));
 
