@@ -9,6 +9,7 @@
 
 #include "core/base/parallel.h"
 #include "core/geon/anneal_type.h"
+#include "core/geon/deviation.h"
 #include "core/geon/fit_data.h"
 #include "core/geon/multi_start.h"
 #include "core/geon/objective.h"
@@ -37,6 +38,17 @@ Geon InDataFrame(const GeonState& state, const FitData& data) {
   Geon geon = GeonOf(scaled);
   geon.X_TG = data.X_TN * geon.X_TG;
   return Canonical(geon);
+}
+
+// The geon in the own frame and unit of the data.
+GeonState InOwnFrame(const Geon& geon, const FitData& data) {
+  Geon own = geon;
+  own.X_TG = Inverse(data.X_TN) * geon.X_TG;
+  GeonState state = StateOf(own);
+  state.size /= data.unit;
+  state.center /= data.unit;
+  if (IsCurved(geon.type)) state.deformation *= data.unit;
+  return state;
 }
 
 // Mean first-order orthogonal distance of the points used, in their own unit.
@@ -107,6 +119,12 @@ std::vector<GeonFit> FitGeons(const PointCloud& part, const FitOptions& options,
     }
     fit.geon = InDataFrame(reported.state, data);
     fit.residual = MeanDistance(reported.state, data) * data.unit;
+    fit.deviation = Deviations(InOwnFrame(fit.geon, data), data,
+                               options.optimizer == FitOptions::Optimizer::kVfsr ? options.lambda : options.report_lambda);
+    for (std::size_t k = 0; k < 12; ++k) {
+      if (k < 3 || (k >= 6 && k < 9)) fit.deviation[k] *= data.unit;
+      if (k == 11) fit.deviation[k] /= data.unit;
+    }
     fit.t1 = found.t1 * data.unit;
     fit.t2 = found.t2;
     fit.objective = fit.t1 + options.lambda * found.state.gamma() * data.unit * fit.t2;

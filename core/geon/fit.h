@@ -40,8 +40,8 @@ struct GeonFit {
   double confidence = 0.0;      // that the type is right, 0 to 1; of the first fit only
   double margin = 0.0;          // least objective of another type, but for deformations of this one, over this
                                 // one's; of the first fit only
-  std::vector<double> deviation;  // standard deviations: position 3 (m), rotation 3 (rad), size 3 (m), taper 2, bend (1/m);
-                                  // infinite where the data do not say; empty if not computed
+  std::vector<double> deviation;  // standard deviations: position along G's axes 3 (m), rotation about them 3 (rad), size 3
+                                  // (m), taper 2, bend (1/m), 0 where the type has none; infinite where the data do not say
   int points = 0;               // different, finite points with normals that were used
   int points_dropped = 0;       // ... and those that were not
   int outliers = 0;             // of the max_points that were fitted: on no surface with their neighbours, left out

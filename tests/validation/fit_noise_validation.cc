@@ -28,13 +28,25 @@ double Quantile(std::vector<double> v, double q) {
 
 struct Errors {
   std::vector<double> size, position, axis;
+  int inside = 0, finite = 0, sizes = 0;   // sizes within 1.96 deviations of the truth, of those that have one
 };
 
-void AddErrors(const Geon& truth, const Geon& found, double diagonal, Errors& errors) {
+void AddErrors(const Geon& truth, const GeonFit& fit, double diagonal, Errors& errors) {
+  const Geon& found = fit.geon;
   Eigen::Vector3d size = found.size;
+  Eigen::Vector3d deviation(fit.deviation[6], fit.deviation[7], fit.deviation[8]);
   const Eigen::Vector3d swapped(size.y(), size.x(), size.z());
-  if ((swapped - truth.size).norm() < (size - truth.size).norm() && !IsCurved(truth.type)) size = swapped;
-  for (int k = 0; k < 3; ++k) errors.size.push_back(std::abs(size[k] / truth.size[k] - 1.0));
+  if ((swapped - truth.size).norm() < (size - truth.size).norm() && !IsCurved(truth.type)) {
+    size = swapped;
+    std::swap(deviation.x(), deviation.y());
+  }
+  for (int k = 0; k < 3; ++k) {
+    errors.size.push_back(std::abs(size[k] / truth.size[k] - 1.0));
+    ++errors.sizes;
+    if (!std::isfinite(deviation[k])) continue;
+    ++errors.finite;
+    errors.inside += std::abs(size[k] - truth.size[k]) <= 1.96 * deviation[k] + 1e-9 * truth.size[k];
+  }
   errors.position.push_back((found.X_TG.translation() - truth.X_TG.translation()).norm() / diagonal);
   double cosine = std::abs((truth.X_TG.matrix().transpose() * found.X_TG.matrix())(2, 2));
   if (truth.type == GeonType::kCuboid || truth.type == GeonType::kEllipsoid) {
@@ -92,7 +104,7 @@ int main(int argc, char** argv) {
         for (const GeonFit& fit : fits) {
           if (fit.geon.type != type) continue;
           missed += fit.objective > 1.001 * at_truth.value + 1e-9;
-          AddErrors(truth, fit.geon, DiagonalOf(truth), errors);
+          AddErrors(truth, fit, DiagonalOf(truth), errors);
         }
       }
     }
@@ -102,6 +114,8 @@ int main(int argc, char** argv) {
                 Quantile(errors.size, 0.9), Quantile(errors.position, 0.5), Quantile(errors.position, 0.9),
                 Quantile(errors.axis, 0.5), Quantile(errors.axis, 0.9), t2 / total, outliers / total, 1e3 * fitting / total,
                 static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC);
+    std::printf("    sizes with a deviation %.0f %%, of these within 1.96 of it %.1f %%\n", 100.0 * errors.finite / errors.sizes,
+                100.0 * errors.inside / std::max(1, errors.finite));
     for (int t = 1; t <= 7; ++t) {
       for (int f = 1; f <= 7; ++f) {
         if (t != f && table[t][f]) std::printf("    %d of %d taken for %d\n", table[t][f], t, f);
