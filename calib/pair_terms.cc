@@ -10,8 +10,8 @@ constexpr double kTukey = 4.0;  // distances beyond so many scales have no weigh
 
 struct Meeting {
   Eigen::Vector3d p_T, q_T, normal_T;
-  double distance;  // along the normal, from q to p
-  double turn;
+  Eigen::Vector3d half_turn_T;  // half the difference of the two normals
+  double distance;              // along the mean normal, from q to p
 };
 
 // Where the points of one view meet the surface seen by another.
@@ -43,7 +43,7 @@ class Meetings {
     meeting.p_T = R_TA_ * a_.points_S[i] + t_TA_;
     meeting.q_T = R_TB_ * q_B + t_TB_;
     meeting.distance = meeting.normal_T.dot(meeting.p_T - meeting.q_T);
-    meeting.turn = 2.0 - 2.0 * cosine;
+    meeting.half_turn_T = R_TB_ * (0.5 * (n_a - n_b));
     return true;
   }
 
@@ -108,17 +108,15 @@ PairTerm ComparePair(const std::vector<ViewPoints>& views, const std::vector<Pos
     sums.noalias() += block * block.transpose();
     filled = 0;
   };
-  // A normal with an error e has j wrong by (m x e, e): summed over e in the plane across n.
+  // An error e of the normal makes j wrong by (m x e, e). Half the difference of the two normals is such an error of their
+  // mean, as far as they are independent.
   Matrix6d noise = Matrix6d::Zero();
-  Eigen::Matrix<double, 6, 3> spread;
-  spread.bottomRows<3>().setIdentity();
   Meeting meeting;
   for (std::size_t k = 0; k < take; ++k) {
     const std::size_t i = k * n / take;
     if (!meetings.Find(i, meeting)) continue;
     ++term.points;
     term.distances.push_back(static_cast<float>(std::abs(meeting.distance)));
-    term.turns.push_back(static_cast<float>(meeting.turn));
     term.squares += meeting.distance * meeting.distance;
     const double w = TukeyWeight(meeting.distance, options.scale);
     term.loss += TukeyLoss(w);
@@ -127,19 +125,16 @@ PairTerm ComparePair(const std::vector<ViewPoints>& views, const std::vector<Pos
     const double root = std::sqrt(w);
     const Eigen::Vector3d arm = (0.5 * (meeting.p_T + meeting.q_T) - center_T) / length;
     block.col(filled) << root * arm.cross(meeting.normal_T), root * meeting.normal_T, root * meeting.distance;
-    if (k % 4 == 0) {
-      spread.topRows<3>() << 0, -arm.z(), arm.y(), arm.z(), 0, -arm.x(), -arm.y(), arm.x(), 0;
-      const Vector6d along = spread * meeting.normal_T;
-      noise.noalias() += 4.0 * w * (spread * spread.transpose() - along * along.transpose());
-    }
+    Vector6d off;
+    off << arm.cross(meeting.half_turn_T), meeting.half_turn_T;
+    noise.noalias() += w * off * off.transpose();
     if (++filled == kBlock) flush();
   }
   flush();
   const double information = 1.0 / (options.scale * options.scale);
   term.H = information * sums.topLeftCorner<6, 6>();
   term.g = information * sums.col(6).head<6>();
-  // The mean of two normals has half the variance of one.
-  term.noise = information * 0.5 * options.normal_noise * options.normal_noise * noise;
+  term.noise = information * noise;
   return term;
 }
 

@@ -27,7 +27,6 @@ struct PairOptions {
   double min_cosine = 0.7;      // of the two normals
   double scale = 0.001;         // m, standard deviation of a distance along the normal
   int samples = 3000;           // at most so many points of the view
-  double normal_noise = 0.03;   // rad, standard deviation of a normal (in each direction), for `noise`
 };
 
 // What the overlap of two views says about small motions of both: points of view a, met by projection in the range image of
@@ -44,7 +43,6 @@ struct PairTerm {
   Vector6d g = Vector6d::Zero();
   Matrix6d noise = Matrix6d::Zero();  // part of H that noise of the normals alone would make
   std::vector<float> distances;     // |r| of all that met, m
-  std::vector<float> turns;         // |n_a - n_b|^2 of all that met
 };
 PairTerm ComparePair(const std::vector<ViewPoints>& views, const std::vector<Pose>& X_TS, int a, int b,
                      const Eigen::Vector3d& center_T, double length, const PairOptions& options);

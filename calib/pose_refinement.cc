@@ -21,13 +21,6 @@ double Median(std::vector<float>& values) {
   return *middle;
 }
 
-double NormalNoise(const std::vector<PairTerm>& terms) {
-  std::vector<float> all;
-  for (const auto& term : terms) all.insert(all.end(), term.turns.begin(), term.turns.end());
-  // Two normals, two directions each: |difference|^2 = 2 s^2 chi^2 with two degrees, median 2.77 s^2.
-  return std::sqrt(Median(all) / 2.77);
-}
-
 // How one round compares the views.
 struct Level {
   int samples;
@@ -116,7 +109,7 @@ std::vector<std::pair<int, int>> FindOverlaps(const std::vector<ViewPoints>& vie
 Refinement RefinePoses(const std::vector<ViewPoints>& views, PoseModel model, const Eigen::Vector3d& center_T,
                        double length, const RegisterOptions& options, bool fine_only, std::stop_token stop,
                        const std::function<void(int)>& on_round) {
-  Refinement run{std::move(model), {}, {}, {}, {}, 0.0, 0.0, 0.0, 0, false};
+  Refinement run{std::move(model), {}, {}, {}, {}, 0.0, 0.0, 0, false};
   const Eigen::Index n = static_cast<Eigen::Index>(views.size());
   const double pitch = MedianPitch(views);
   const int rounds = std::max(1, options.rounds);
@@ -138,12 +131,10 @@ Refinement RefinePoses(const std::vector<ViewPoints>& views, PoseModel model, co
     pair_options.samples = level.samples;
     pair_options.max_distance = level.max_distance;
     pair_options.min_cosine = level.min_cosine;
-    pair_options.normal_noise = run.normal_noise;
     if (round == first) {  // only to learn the scale
       pair_options.samples = 300;
       const auto probe = ComparePairs(views, run.model.X_TS(), pairs, center_T, length, pair_options, options.threads);
       run.scale = std::max(kLeastScale, RobustScale(probe));
-      run.normal_noise = pair_options.normal_noise = NormalNoise(probe);
       pair_options.samples = level.samples;
     }
     pair_options.scale = run.scale;
@@ -152,8 +143,12 @@ Refinement RefinePoses(const std::vector<ViewPoints>& views, PoseModel model, co
 
     const Eigen::MatrixXd J = run.model.Jacobian();
     const Eigen::VectorXd& sigma = run.model.deviations();
-    const Eigen::MatrixXd H = J.transpose() * run.H * J;
-    run.shown = FindShownDirections(H, J.transpose() * run.noise * J, sigma).shown;
+    Eigen::MatrixXd H = J.transpose() * run.H * J;
+    const Eigen::MatrixXd noise = J.transpose() * run.noise * J;
+    run.shown = FindShownDirections(H, noise, sigma).shown;
+    // The noise of the normals makes H too large, hence steps too short, where the shape shows little. Half of it is taken
+    // off: all would be too much where it is estimated too large, and steps beyond twice the right ones diverge.
+    H -= 0.5 * noise;
     // Minimise over the shown directions z, parameters = sigma * shown * z: (step = parameters - present)
     //   1/2 step' H step + g' J step + 1/2 |z|^2
     const Eigen::VectorXd present = run.model.parameters();
@@ -167,7 +162,6 @@ Refinement RefinePoses(const std::vector<ViewPoints>& views, PoseModel model, co
     run.last_step = (J * (next - present)).cwiseAbs().maxCoeff();
     run.model.Set(next);
     run.scale = std::max(kLeastScale, RobustScale(run.terms));
-    run.normal_noise = NormalNoise(run.terms);
     run.rounds = round - first + 1;
     on_round(round - first + 1);
     const bool fine = progress >= 0.6;

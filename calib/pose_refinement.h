@@ -19,7 +19,6 @@ struct Refinement {
   Eigen::MatrixXd H, noise;         // 6 a view, sums over the terms
   Eigen::MatrixXd shown;            // directions of the parameters (over their deviations) that were moved
   double scale = 0.0;               // m, robust standard deviation along normals
-  double normal_noise = 0.0;        // rad
   double last_step = 0.0;           // m, largest motion of the last round
   int rounds = 0;
   bool converged = false;

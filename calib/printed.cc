@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/printed.h"
 
+#include <algorithm>
 #include <cstdarg>
 #include <cstdio>
-#include <algorithm>
 
 namespace geond::calib {
 

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
 #include <nlohmann/json.hpp>
@@ -109,7 +110,9 @@ inline std::vector<RangeView> StartingAt(std::vector<RangeView> views, const std
 // Errors of a set of poses against the truth after the best common rigid motion of all points, m.
 struct PoseSetError {
   double displacement_rms = 0.0;
-  double normal_rms = 0.0;       // along the surface normals
+  double normal_rms = 0.0;       // along the surface normals, after that motion
+  double shape_rms = 0.0;        // along the surface normals, after the motion that makes this least: how far the surfaces lie
+                                 // apart, whatever was turned that the shape does not show
 };
 
 inline PoseSetError ComparePoses(const std::vector<RangeView>& views, const std::vector<Pose>& found,
@@ -135,6 +138,20 @@ inline PoseSetError ComparePoses(const std::vector<RangeView>& views, const std:
     error.displacement_rms += d.squaredNorm() / static_cast<double>(p.size());
     error.normal_rms += std::pow(d.dot(n[i]), 2) / static_cast<double>(p.size());
   }
+  Eigen::Matrix<double, 6, 6> A = Eigen::Matrix<double, 6, 6>::Identity() * 1e-12;
+  Eigen::Matrix<double, 6, 1> g = Eigen::Matrix<double, 6, 1>::Zero();
+  const Eigen::Vector3d middle = Q.rowwise().mean();
+  const auto row = [&](std::size_t i) {
+    Eigen::Matrix<double, 6, 1> j;
+    j << (q[i] - middle).cross(n[i]), n[i];
+    return j;
+  };
+  for (std::size_t i = 0; i < p.size(); ++i) A += row(i) * row(i).transpose(), g += row(i) * n[i].dot(p[i] - q[i]);
+  const Eigen::Matrix<double, 6, 1> motion = A.ldlt().solve(g);
+  for (std::size_t i = 0; i < p.size(); ++i) {
+    error.shape_rms += std::pow(n[i].dot(p[i] - q[i]) - row(i).dot(motion), 2) / static_cast<double>(p.size());
+  }
+  error.shape_rms = std::sqrt(error.shape_rms);
   error.displacement_rms = std::sqrt(error.displacement_rms);
   error.normal_rms = std::sqrt(error.normal_rms);
   return error;

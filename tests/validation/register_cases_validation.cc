@@ -18,8 +18,8 @@ int main(int argc, char** argv) {
   std::vector<std::filesystem::path> cases;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) cases.push_back(entry.path());
   std::sort(cases.begin(), cases.end());
-  std::printf("%-12s %-10s %-6s %9s %9s %9s %9s %6s %6s %s\n", "case", "start", "model", "start mm", "displ mm",
-              "normal mm", "rms mm", "cpu s", "rounds", "used");
+  std::printf("%-12s %-10s %-6s %9s %9s %9s %9s %9s %6s %6s %s\n", "case", "start", "model", "start mm", "displ mm",
+              "normal mm", "shape mm", "rms mm", "cpu s", "rounds", "used");
   for (const auto& path : cases) {
     const RegistrationCase data = ReadRegistrationCase(path);
     for (const bool perturbed : {false, true}) {
@@ -35,9 +35,9 @@ int main(int argc, char** argv) {
         const auto before = ComparePoses(views, start, data.X_TS_true);
         const auto after = ComparePoses(views, result.X_TS, data.X_TS_true);
         const char* names[] = {"auto", "axis", "free", "none"};
-        std::printf("%-12s %-10s %-6s %9.3f %9.4f %9.4f %9.4f %6.2f %6d %s%s\n", path.filename().c_str(),
+        std::printf("%-12s %-10s %-6s %9.3f %9.4f %9.4f %9.4f %9.4f %6.2f %6d %s%s\n", path.filename().c_str(),
                     perturbed ? "perturbed" : "axis", names[static_cast<int>(model)], before.displacement_rms * 1e3,
-                    after.displacement_rms * 1e3, after.normal_rms * 1e3, result.rms_after * 1e3, seconds,
+                    after.displacement_rms * 1e3, after.normal_rms * 1e3, after.shape_rms * 1e3, result.rms_after * 1e3, seconds,
                     result.summary.iterations, names[static_cast<int>(result.model)],
                     result.summary.converged ? "" : " (not converged)");
         for (const auto& note : result.notes) std::printf("    %s\n", note.c_str());
