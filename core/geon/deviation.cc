@@ -27,7 +27,11 @@ LanePoints Stretch(const LanePoints& points, int begin, int count) {
   return part;
 }
 
-// Whether the two faces across each axis of G have points; sides of round shapes count as seen.
+// Seen from one side, a round shape's width is told by its curvature alone, on which the errors of normals at the limb weigh
+// more than their scatter says: by about this factor (one view of noisy ellipsoids and cylinders).
+constexpr double kOneSided = 4.0;
+
+// Whether the two faces across each axis of G have points.
 std::array<bool, 3> FacesSeen(const GeonState& state, const LanePoints& points) {
   const Geon geon = GeonOf(state);
   std::array<std::array<int, 2>, 3> count{};
@@ -37,9 +41,7 @@ std::array<bool, 3> FacesSeen(const GeonState& state, const LanePoints& points) 
     for (int k = 0; k < 3; ++k) if (std::abs(m[k]) > 0.8) ++count[k][m[k] > 0.0];
   }
   std::array<bool, 3> seen{true, true, true};
-  const GeonType base = BaseType(state.type);
   for (int k = 0; k < 3; ++k) {
-    if (base == GeonType::kEllipsoid || (base == GeonType::kCylinder && k < 2)) continue;
     seen[k] = std::min(count[k][0], count[k][1]) >= std::max(2.0, kLeastFace * points.size);
   }
   return seen;
@@ -77,15 +79,19 @@ std::vector<double> Deviations(const GeonState& state, const FitData& data, doub
   const Eigen::VectorXd variance = (inverse * scatter * inverse).diagonal();
 
   std::vector<double> deviation(12, 0.0);
-  const auto put = [&](int to, int from, double limit) {
-    const double value = std::sqrt(std::max(0.0, variance[from]));
+  const auto put = [&](int to, int from, double limit, double factor = 1.0) {
+    const double value = factor * std::sqrt(std::max(0.0, variance[from]));
     deviation[to] = unit[from] > 0.0 && value < limit ? value : kUnknown;
   };
   const std::array<bool, 3> seen = FacesSeen(state, points);
+  const GeonType base = BaseType(state.type);
   for (int k = 0; k < 3; ++k) {
-    put(k, 3 + k, seen[k] ? 0.25 : 0.0);
+    const bool round = base == GeonType::kEllipsoid || (base == GeonType::kCylinder && k < 2);
+    const bool told = seen[k] || round;
+    const double factor = seen[k] ? 1.0 : kOneSided;
+    put(k, 3 + k, told ? 0.25 : 0.0, factor);
     put(3 + k, k, 0.5);
-    put(6 + k, 6 + k, seen[k] ? 0.5 * state.size[k] : 0.0);
+    put(6 + k, 6 + k, told ? 0.5 * state.size[k] : 0.0, factor);
   }
   if (IsTapered(state.type)) for (int k = 0; k < 2; ++k) put(9 + k, 9 + k, 0.5);
   if (IsCurved(state.type)) put(11, 9, std::max(state.deformation[0], 0.3 / state.size.z()));

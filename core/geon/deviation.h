@@ -11,7 +11,7 @@ namespace geond {
 // Standard deviations of the parameters of `state`, fitted to `data` at `lambda`, in the own unit: position along G's axes 3,
 // rotation about G's axes 3, size 3, taper 2, bend 1 (0 for those the type has not). From the slopes of stretches of eight
 // neighbouring points, whose errors are taken as related (plane fits share points), and the expected curvature. Infinite where
-// the data say nothing: along an axis of which an end face has no points, and where the figure would exceed what it is of.
+// the data say nothing: along an axis of which an end face has no points (of a round side: four times as large), and where the figure would exceed what it is of.
 std::vector<double> Deviations(const GeonState& state, const FitData& data, double lambda);
 
 }  // namespace geond

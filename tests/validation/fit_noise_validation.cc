@@ -45,6 +45,10 @@ void AddErrors(const Geon& truth, const GeonFit& fit, double diagonal, Errors& e
     ++errors.sizes;
     if (!std::isfinite(deviation[k])) continue;
     ++errors.finite;
+    if (std::getenv("SHOW_SIZES")) {
+      std::printf("  type %d size %d: %.4f, true %.4f, deviation %.4f\n", static_cast<int>(truth.type), k, size[k], truth.size[k],
+                  deviation[k]);
+    }
     errors.inside += std::abs(size[k] - truth.size[k]) <= 1.96 * deviation[k] + 1e-9 * truth.size[k];
   }
   errors.position.push_back((found.X_TG.translation() - truth.X_TG.translation()).norm() / diagonal);
