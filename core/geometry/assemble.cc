@@ -29,7 +29,8 @@ double Cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Ve
 bool CutEars(const std::vector<Eigen::Vector3d>& points, Ring ring, std::vector<Triangle>& triangles) {
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();
   for (std::size_t k = 0; k < ring.size(); ++k) {
-    const Eigen::Vector3d a = points[ring[k]] - points[ring[0]], b = points[ring[(k + 1) % ring.size()]] - points[ring[0]];
+    const Eigen::Vector3d a = points[ring[k]] - points[ring[0]],
+                          b = points[ring[(k + 1) % ring.size()]] - points[ring[0]];
     normal += a.cross(b);
   }
   if (!(normal.norm() > 0.0) || !normal.allFinite()) return false;
@@ -69,8 +70,7 @@ bool CutEars(const std::vector<Eigen::Vector3d>& points, Ring ring, std::vector<
 bool FanIsConvex(const std::vector<Eigen::Vector3d>& points, const Ring& ring) {
   Eigen::Vector3d first = Eigen::Vector3d::Zero();
   for (std::size_t k = 1; k + 1 < ring.size(); ++k) {
-    const Eigen::Vector3d area =
-        (points[ring[k]] - points[ring[0]]).cross(points[ring[k + 1]] - points[ring[0]]);
+    const Eigen::Vector3d area = (points[ring[k]] - points[ring[0]]).cross(points[ring[k + 1]] - points[ring[0]]);
     if (k == 1) first = area;
     if (!(area.dot(first) > 0.0)) return false;
   }
@@ -105,7 +105,8 @@ void MakeTriangles(GeometryFile& file, const PolygonList& polygons) {
     if (!polygons.seen.empty()) file.mesh.triangle_seen.resize(triangles.size(), polygons.seen[face]);
   }
   if (n_split > 0) file.notes.push_back(std::to_string(n_split) + " polygons were split into triangles");
-  if (n_dropped > 0) file.notes.push_back(std::to_string(n_dropped) + " faces without area (a corner named twice) were left out");
+  if (n_dropped > 0)
+    file.notes.push_back(std::to_string(n_dropped) + " faces without area (a corner named twice) were left out");
 }
 
 // Normals become unit. Where some have no length: points without one are left out of a cloud if they are few, else the
@@ -149,7 +150,8 @@ void WeldSeams(GeometryFile& file) {
     const Triangle& w = welded.triangles.back();
     if (w[0] == w[1] || w[1] == w[2] || w[2] == w[0]) return;
   }
-  file.notes.push_back(std::to_string(file.mesh.vertices.size() - welded.vertices.size()) + " vertices at the place of others were welded");
+  file.notes.push_back(std::to_string(file.mesh.vertices.size() - welded.vertices.size()) +
+                       " vertices at the place of others were welded");
   file.mesh = std::move(welded);
 }
 
@@ -207,7 +209,9 @@ void AppendLittleEndian(std::string& bytes, float value) { AppendBits(bytes, std
 void AppendLittleEndian(std::string& bytes, double value) { AppendBits(bytes, std::bit_cast<std::uint64_t>(value)); }
 void AppendLittleEndian(std::string& bytes, std::uint32_t value) { AppendBits(bytes, value); }
 
-float FloatAt(std::string_view bytes, std::size_t position) { return std::bit_cast<float>(Unsigned32At(bytes, position)); }
+float FloatAt(std::string_view bytes, std::size_t position) {
+  return std::bit_cast<float>(Unsigned32At(bytes, position));
+}
 
 std::uint32_t Unsigned32At(std::string_view bytes, std::size_t position) {
   std::uint32_t bits = 0;

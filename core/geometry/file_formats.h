@@ -11,7 +11,8 @@
 
 namespace geond {
 
-// A file's bytes, and its name for errors. One reader and writer a format, each in a file of its own; mesh_files.cc chooses.
+// A file's bytes, and its name for errors. One reader and writer a format, each in a file of its own; mesh_files.cc
+// chooses.
 struct FileContent {
   std::string_view bytes;
   std::string name;
@@ -39,23 +40,23 @@ std::string XyzText(const PointCloud& cloud);
 
 // The faces of a file as they stand there, each with three corners or more, indices within the vertices.
 struct PolygonList {
-  std::vector<int> corners;         // of all faces, one after the other
-  std::vector<int> sizes;           // corners of each face
-  std::vector<std::uint8_t> seen;   // one a face, or empty
+  std::vector<int> corners;        // of all faces, one after the other
+  std::vector<int> sizes;          // corners of each face
+  std::vector<std::uint8_t> seen;  // one a face, or empty
   void Add(const std::vector<int>& ring) {
     corners.insert(corners.end(), ring.begin(), ring.end());
     sizes.push_back(static_cast<int>(ring.size()));
   }
 };
 
-// What every reader does at the end: `file.cloud` holds points (and normals as they stood in the file), `polygons` the faces.
-// Splits polygons into triangles (ears, so that concave ones come out right), leaves out faces that name a vertex twice in a
-// row and normals of no length, welds equal vertices of a mesh that is not closed as it stands, and notes what it did.
-// Throws FileError if there are no points.
+// What every reader does at the end: `file.cloud` holds points (and normals as they stood in the file), `polygons` the
+// faces. Splits polygons into triangles (ears, so that concave ones come out right), leaves out faces that name a
+// vertex twice in a row and normals of no length, welds equal vertices of a mesh that is not closed as it stands, and
+// notes what it did. Throws FileError if there are no points.
 GeometryFile Assemble(GeometryFile file, const PolygonList& polygons, const std::string& name);
 
-// For each point the index of the one in `distinct` that equals it to the bit (0 and -0 are equal); `distinct` are in the
-// order in which they first appear.
+// For each point the index of the one in `distinct` that equals it to the bit (0 and -0 are equal); `distinct` are in
+// the order in which they first appear.
 std::vector<int> WeldEqualPoints(const std::vector<Eigen::Vector3d>& points, std::vector<Eigen::Vector3d>& distinct);
 
 // Appends the shortest decimal that reads back as the same number.

@@ -8,21 +8,22 @@
 
 namespace geond {
 
-// Goes through a text in memory line by line and word by word, whatever the locale. What is wrong is thrown as FileError
-// with the file's name and the line. The text must outlive it.
+// Goes through a text in memory line by line and word by word, whatever the locale. What is wrong is thrown as
+// FileError with the file's name and the line. The text must outlive it.
 class LineReader {
  public:
   LineReader(std::string_view text, std::string file) : text_(text), file_(std::move(file)) {}
 
-  // Goes to the next line with a word on it; `comment` (if not empty) and what follows it on a line do not count. Lines end
-  // with LF, CR LF or CR. False at the end of the file.
+  // Goes to the next line with a word on it; `comment` (if not empty) and what follows it on a line do not count. Lines
+  // end with LF, CR LF or CR. False at the end of the file.
   bool Next(std::string_view comment = {});
   // What is left of the line.
   std::string_view& rest() { return line_; }
   bool MoreOnLine() const;
   // The next word of the line, empty if there is none. Blanks are space, tab and each character of `also`.
   std::string_view Word(std::string_view also = {});
-  // The next word of the line as a number or whole number; `what` names it in the error. A number may be nan or infinite.
+  // The next word of the line as a number or whole number; `what` names it in the error. A number may be nan or
+  // infinite.
   double Number(const char* what, std::string_view also = {});
   std::int64_t Integer(const char* what);
 

@@ -25,7 +25,8 @@ std::string ReadBytes(const fs::path& path) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
   if (!fs::exists(status)) throw FileError(path.string(), "open", "there is no such file");
-  if (fs::is_directory(status)) throw FileError(path.string(), "open", "it is a folder, not a file with a mesh or cloud");
+  if (fs::is_directory(status))
+    throw FileError(path.string(), "open", "it is a folder, not a file with a mesh or cloud");
   if (!fs::is_regular_file(status)) throw FileError(path.string(), "open", "it is no plain file");
   const std::uintmax_t size = fs::file_size(path, error);
   if (error) throw FileError(path.string(), "open", error.message());
@@ -46,8 +47,14 @@ void RefusePacked(std::string_view bytes, const std::string& name) {
     std::string_view magic;
     const char* command;
   };
-  constexpr Packing kPackings[] = {{"\xfd" "7zXZ", "xz -dk"}, {"\x1f\x8b", "gunzip -k"}, {"BZh", "bunzip2 -k"},
-                                   {"PK\x03\x04", "unzip"},   {"7z\xbc\xaf", "7z x"},    {"\x28\xb5\x2f\xfd", "unzstd"}};
+  constexpr Packing kPackings[] = {{"\xfd"
+                                    "7zXZ",
+                                    "xz -dk"},
+                                   {"\x1f\x8b", "gunzip -k"},
+                                   {"BZh", "bunzip2 -k"},
+                                   {"PK\x03\x04", "unzip"},
+                                   {"7z\xbc\xaf", "7z x"},
+                                   {"\x28\xb5\x2f\xfd", "unzstd"}};
   for (const Packing& packing : kPackings) {
     if (bytes.substr(0, packing.magic.size()) == packing.magic) {
       const bool tar = name.find(".tar.") != std::string::npos;
@@ -70,21 +77,21 @@ GeometryFile ReadByKind(const FileContent& content, const std::string& extension
     return ReadXyz(content);
   }
   if (LooksLikeStl(content.bytes)) return ReadStl(content);
-  throw FileError(content.name, "read", "unknown kind of file", "PLY, OFF, OBJ, STL, PCD and XYZ (.xyz .txt .asc .csv .pts) are read");
+  throw FileError(content.name, "read", "unknown kind of file",
+                  "PLY, OFF, OBJ, STL, PCD and XYZ (.xyz .txt .asc .csv .pts) are read");
 }
 
 void WriteBytes(const fs::path& path, const std::string& bytes) {
   std::ofstream file(path, std::ios::binary | std::ios::trunc);
   file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   file.close();
-  if (!file) throw FileError(path.string(), "write", "the file cannot be written", "Check folder, permissions and free space");
+  if (!file)
+    throw FileError(path.string(), "write", "the file cannot be written", "Check folder, permissions and free space");
 }
 
 }  // namespace
 
-GeometryFile ReadGeometry(const fs::path& path) {
-  return ParseGeometry(ReadBytes(path), path);
-}
+GeometryFile ReadGeometry(const fs::path& path) { return ParseGeometry(ReadBytes(path), path); }
 
 GeometryFile ParseGeometry(std::string_view bytes, const fs::path& path) {
   if (bytes.empty()) throw FileError(path.string(), "read byte 0", "the file is empty");
@@ -102,7 +109,8 @@ void WriteMesh(const TriangleMesh& mesh, const fs::path& path,
   }
   const std::string extension = LowerExtension(path);
   if (!triangle_values.empty() && extension != ".ply") {
-    throw FileError(path.string(), "write mesh", "only PLY holds values of triangles", "Give a name that ends with .ply");
+    throw FileError(path.string(), "write mesh", "only PLY holds values of triangles",
+                    "Give a name that ends with .ply");
   }
   if (extension == ".ply") return WriteBytes(path, PlyText(mesh, triangle_values));
   if (extension == ".off") return WriteBytes(path, OffText(mesh));

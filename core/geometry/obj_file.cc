@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// OBJ, Wavefront's text format: of it vertices (v), normals (vn) and faces (f v, v/vt, v/vt/vn, v//vn; counted from 1, or
-// backwards from -1) are read, all else is passed over.
+// OBJ, Wavefront's text format: of it vertices (v), normals (vn) and faces (f v, v/vt, v/vt/vn, v//vn; counted from 1,
+// or backwards from -1) are read, all else is passed over.
 #include <algorithm>
 
 #include "core/base/error.h"
@@ -11,7 +11,8 @@ namespace geond {
 namespace {
 
 bool IsKeyword(std::string_view word) {
-  return std::all_of(word.begin(), word.end(), [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; });
+  return std::all_of(word.begin(), word.end(),
+                     [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; });
 }
 
 // The number of lines that begin with "v ": what the indices of faces may reach.
@@ -65,10 +66,14 @@ GeometryFile ReadObj(const FileContent& content) {
 
   while (lines.Next("#")) {
     const std::string_view key = lines.Word();
-    if (key == "v") file.cloud.points.push_back(read_point("a coordinate"));
-    else if (key == "vn") normals.push_back(read_point("a normal"));
-    else if (key == "f" || key == "fo") read_face();
-    else if (!IsKeyword(key)) lines.Fail("unknown keyword " + Quoted(key), "Is it an OBJ file?");
+    if (key == "v")
+      file.cloud.points.push_back(read_point("a coordinate"));
+    else if (key == "vn")
+      normals.push_back(read_point("a normal"));
+    else if (key == "f" || key == "fo")
+      read_face();
+    else if (!IsKeyword(key))
+      lines.Fail("unknown keyword " + Quoted(key), "Is it an OBJ file?");
   }
   // Normals of faces' corners are of no use here; of a cloud, they stand beside the points.
   if (polygons.sizes.empty() && normals.size() == file.cloud.points.size()) file.cloud.normals = std::move(normals);

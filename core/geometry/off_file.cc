@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// OFF, the object file format of Geomview: "OFF" (with C, N, ST before it if vertices carry colours, normals, texture), the
-// numbers of vertices, faces and edges, then a line a vertex and a line a face.
+// OFF, the object file format of Geomview: "OFF" (with C, N, ST before it if vertices carry colours, normals, texture),
+// the numbers of vertices, faces and edges, then a line a vertex and a line a face.
 #include <algorithm>
 
 #include "core/base/error.h"
@@ -46,14 +46,16 @@ GeometryFile ReadOff(const FileContent& content) {
   if (!kind.recognised) lines.Fail("it does not begin with \"OFF\"");
   if (kind.four_dimensional) lines.Fail("points of four or more coordinates are not read");
   lines.rest().remove_prefix(kind.length);
-  if (lines.rest().find("BINARY") != std::string_view::npos) lines.Fail("the binary form of OFF is not read", "Save it as PLY or as text");
+  if (lines.rest().find("BINARY") != std::string_view::npos)
+    lines.Fail("the binary form of OFF is not read", "Save it as PLY or as text");
   if (!lines.MoreOnLine() && !lines.Next("#")) lines.Fail("the file ends where the counts are wanted");
 
   const std::int64_t n_vertices = lines.Integer("the number of vertices");
   const std::int64_t n_faces = lines.Integer("the number of faces");
   // "0 0 0\n" is the shortest vertex, "3 0 0 0\n" the shortest face.
   const auto room = static_cast<std::int64_t>(lines.remaining()) + 1;
-  if (n_vertices < 0 || n_faces < 0 || n_vertices > room / 6 || n_faces > room / 8 || 6 * n_vertices + 8 * n_faces > room) {
+  if (n_vertices < 0 || n_faces < 0 || n_vertices > room / 6 || n_faces > room / 8 ||
+      6 * n_vertices + 8 * n_faces > room) {
     lines.Fail("the header says " + std::to_string(n_vertices) + " vertices and " + std::to_string(n_faces) +
                    " faces, more than the file can hold",
                "It may have been cut off");
@@ -62,7 +64,8 @@ GeometryFile ReadOff(const FileContent& content) {
   GeometryFile file;
   file.cloud.points.reserve(n_vertices);
   for (std::int64_t i = 0; i < n_vertices; ++i) {
-    if (!lines.Next("#")) lines.Fail("the file ends after " + std::to_string(i) + " of " + std::to_string(n_vertices) + " vertices");
+    if (!lines.Next("#"))
+      lines.Fail("the file ends after " + std::to_string(i) + " of " + std::to_string(n_vertices) + " vertices");
     Eigen::Vector3d p;
     for (int k = 0; k < 3; ++k) p[k] = lines.Number("a coordinate");
     if (!p.allFinite()) lines.Fail("the vertex is not finite");
@@ -74,7 +77,8 @@ GeometryFile ReadOff(const FileContent& content) {
   PolygonList polygons;
   std::vector<int> ring;
   for (std::int64_t i = 0; i < n_faces; ++i) {
-    if (!lines.Next("#")) lines.Fail("the file ends after " + std::to_string(i) + " of " + std::to_string(n_faces) + " faces");
+    if (!lines.Next("#"))
+      lines.Fail("the file ends after " + std::to_string(i) + " of " + std::to_string(n_faces) + " faces");
     const std::int64_t n = lines.Integer("the number of corners");
     if (n < 3) lines.Fail("a face of fewer than three corners");
     if (n > static_cast<std::int64_t>(lines.rest().size())) lines.Fail("the line is too short for its corners");
@@ -93,7 +97,8 @@ GeometryFile ReadOff(const FileContent& content) {
 }
 
 std::string OffText(const TriangleMesh& mesh) {
-  std::string text = "OFF\n" + std::to_string(mesh.vertices.size()) + " " + std::to_string(mesh.triangles.size()) + " 0\n";
+  std::string text =
+      "OFF\n" + std::to_string(mesh.vertices.size()) + " " + std::to_string(mesh.triangles.size()) + " 0\n";
   for (const Eigen::Vector3d& v : mesh.vertices) {
     for (int k = 0; k < 3; ++k) {
       AppendNumber(text, v[k]);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// PCD, the cloud format of the Point Cloud Library: a text header (fields, their size, type and count, the number of points),
-// then the points as text, as bytes, or as bytes field by field packed by LZF.
+// PCD, the cloud format of the Point Cloud Library: a text header (fields, their size, type and count, the number of
+// points), then the points as text, as bytes, or as bytes field by field packed by LZF.
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -70,7 +70,8 @@ Header ReadHeader(LineReader& lines) {
   }
   if (header.points < 0 && header.width >= 0) header.points = header.width * header.height;
   if (header.points < 0) lines.Fail("the header says no number of points");
-  if (header.width >= 0 && header.width * header.height != header.points) lines.Fail("POINTS is not WIDTH times HEIGHT");
+  if (header.width >= 0 && header.width * header.height != header.points)
+    lines.Fail("POINTS is not WIDTH times HEIGHT");
   for (Field& field : fields) {
     if (field.type == 'F' && field.size < 4) lines.Fail("a field of type F must have 4 or 8 bytes");
     field.offset = header.point_bytes;
@@ -110,8 +111,8 @@ double ValueAt(std::string_view bytes, std::size_t at, const Field& field) {
   return static_cast<double>(static_cast<std::int64_t>(bits << shift) >> shift);
 }
 
-// Unpacks LZF (M. Lehmann's format): a byte below 32 announces that many and one bytes as they are, any other a copy from
-// what was unpacked before. None if the packed bytes make no sense or do not give `n` bytes.
+// Unpacks LZF (M. Lehmann's format): a byte below 32 announces that many and one bytes as they are, any other a copy
+// from what was unpacked before. None if the packed bytes make no sense or do not give `n` bytes.
 std::optional<std::string> UnpackLzf(std::string_view packed, std::size_t n) {
   std::string out;
   out.reserve(n);
@@ -152,7 +153,8 @@ class PointSink {
     if (normals_) file_.cloud.normals.push_back({v[3], v[4], v[5]});
   }
   GeometryFile Take(const std::string& name) {
-    if (n_dropped_ > 0) file_.notes.push_back(std::to_string(n_dropped_) + " points without coordinates (nan) were left out");
+    if (n_dropped_ > 0)
+      file_.notes.push_back(std::to_string(n_dropped_) + " points without coordinates (nan) were left out");
     return Assemble(std::move(file_), {}, name);
   }
 
@@ -217,17 +219,20 @@ GeometryFile ReadPcd(const FileContent& content) {
   if (header.data == "ascii") {
     ReadText(header, columns, lines, sink);
   } else if (header.data == "binary") {
-    if (body.size() < wanted || body.find_first_not_of(std::string_view("\0\r\n ", 4), wanted) != std::string_view::npos) {
-      fail(begin, std::to_string(n) + " points take " + std::to_string(wanted) + " bytes, but " + std::to_string(body.size()) +
-                      " follow the header");
+    if (body.size() < wanted ||
+        body.find_first_not_of(std::string_view("\0\r\n ", 4), wanted) != std::string_view::npos) {
+      fail(begin, std::to_string(n) + " points take " + std::to_string(wanted) + " bytes, but " +
+                      std::to_string(body.size()) + " follow the header");
     }
-    ReadBytes(header, columns, body, [](const Field& field) { return field.offset; },
-              [&](const Field&) { return header.point_bytes; }, sink);
+    ReadBytes(
+        header, columns, body, [](const Field& field) { return field.offset; },
+        [&](const Field&) { return header.point_bytes; }, sink);
   } else if (header.data == "binary_compressed") {
     if (body.size() < 8) fail(begin, "the file ends before its points");
     const std::size_t packed = Unsigned32At(body, 0), unpacked = Unsigned32At(body, 4);
     if (packed > body.size() - 8) {
-      fail(begin, "the points take " + std::to_string(packed) + " packed bytes, but " + std::to_string(body.size() - 8) + " follow");
+      fail(begin, "the points take " + std::to_string(packed) + " packed bytes, but " +
+                      std::to_string(body.size() - 8) + " follow");
     }
     // Three packed bytes give 264 at best.
     if (unpacked != wanted || unpacked > 88 * packed) {
@@ -235,8 +240,9 @@ GeometryFile ReadPcd(const FileContent& content) {
     }
     const std::optional<std::string> bytes = UnpackLzf(body.substr(8, packed), unpacked);
     if (!bytes) fail(begin + 8, "the packed points are damaged");
-    ReadBytes(header, columns, *bytes, [&](const Field& field) { return field.offset * n; },
-              [](const Field& field) { return static_cast<std::size_t>(field.size) * field.count; }, sink);
+    ReadBytes(
+        header, columns, *bytes, [&](const Field& field) { return field.offset * n; },
+        [](const Field& field) { return static_cast<std::size_t>(field.size) * field.count; }, sink);
   } else {
     lines.Fail("unknown kind of data " + Quoted(header.data));
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// PLY, the polygon file format (G. Turk, 1994): a text header that declares elements and their properties, then the elements
-// as text or in either byte order.
+// PLY, the polygon file format (G. Turk, 1994): a text header that declares elements and their properties, then the
+// elements as text or in either byte order.
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -22,10 +22,10 @@ struct TypeName {
   Type type;
   int bytes;
 };
-constexpr TypeName kTypes[] = {
-    {"char", "int8", Type::kInt8, 1},    {"uchar", "uint8", Type::kUint8, 1},      {"short", "int16", Type::kInt16, 2},
-    {"ushort", "uint16", Type::kUint16, 2}, {"int", "int32", Type::kInt32, 4},     {"uint", "uint32", Type::kUint32, 4},
-    {"float", "float32", Type::kFloat32, 4}, {"double", "float64", Type::kFloat64, 8}};
+constexpr TypeName kTypes[] = {{"char", "int8", Type::kInt8, 1},        {"uchar", "uint8", Type::kUint8, 1},
+                               {"short", "int16", Type::kInt16, 2},     {"ushort", "uint16", Type::kUint16, 2},
+                               {"int", "int32", Type::kInt32, 4},       {"uint", "uint32", Type::kUint32, 4},
+                               {"float", "float32", Type::kFloat32, 4}, {"double", "float64", Type::kFloat64, 8}};
 
 int Size(Type type) { return kTypes[static_cast<int>(type)].bytes; }
 
@@ -136,7 +136,8 @@ class AsciiSource {
   }
   double Value(Type, const Property& property) { return lines_.Number(property.name.c_str()); }
   void ExpectRoom(double count, Type, const Property& property) {
-    if (count > static_cast<double>(lines_.rest().size())) Fail("the line is too short for the list " + Quoted(property.name));
+    if (count > static_cast<double>(lines_.rest().size()))
+      Fail("the line is too short for the list " + Quoted(property.name));
   }
   void End() {
     if (lines_.MoreOnLine()) Fail("the line has more values than the header says");
@@ -169,14 +170,22 @@ class BinarySource {
     }
     position_ += size;
     switch (type) {
-      case Type::kInt8: return static_cast<std::int8_t>(bits);
-      case Type::kUint8: return static_cast<std::uint8_t>(bits);
-      case Type::kInt16: return static_cast<std::int16_t>(bits);
-      case Type::kUint16: return static_cast<std::uint16_t>(bits);
-      case Type::kInt32: return static_cast<std::int32_t>(bits);
-      case Type::kUint32: return static_cast<std::uint32_t>(bits);
-      case Type::kFloat32: return std::bit_cast<float>(static_cast<std::uint32_t>(bits));
-      case Type::kFloat64: return std::bit_cast<double>(bits);
+      case Type::kInt8:
+        return static_cast<std::int8_t>(bits);
+      case Type::kUint8:
+        return static_cast<std::uint8_t>(bits);
+      case Type::kInt16:
+        return static_cast<std::int16_t>(bits);
+      case Type::kUint16:
+        return static_cast<std::uint16_t>(bits);
+      case Type::kInt32:
+        return static_cast<std::int32_t>(bits);
+      case Type::kUint32:
+        return static_cast<std::uint32_t>(bits);
+      case Type::kFloat32:
+        return std::bit_cast<float>(static_cast<std::uint32_t>(bits));
+      case Type::kFloat64:
+        return std::bit_cast<double>(bits);
     }
     return 0.0;
   }
@@ -221,9 +230,12 @@ class PlyBody {
                          ", more than the rest of the file can hold",
                      "The file may have been cut off");
       }
-      if (element.name == "vertex") ReadVertices(element);
-      else if (element.name == "face") ReadFaces(element);
-      else if (!element.properties.empty()) Skip(element);
+      if (element.name == "vertex")
+        ReadVertices(element);
+      else if (element.name == "face")
+        ReadFaces(element);
+      else if (!element.properties.empty())
+        Skip(element);
     }
     source_.ExpectEnd();
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// STL, the stereolithography format: loose triangles, binary (80 bytes of header, a count, 50 bytes a triangle) or text. The
-// two are told apart by the size, since binary files may begin with "solid" too. Equal corners are welded.
+// STL, the stereolithography format: loose triangles, binary (80 bytes of header, a count, 50 bytes a triangle) or
+// text. The two are told apart by the size, since binary files may begin with "solid" too. Equal corners are welded.
 #include "core/base/error.h"
 #include "core/geometry/file_formats.h"
 #include "core/geometry/line_reader.h"
@@ -11,7 +11,8 @@ namespace {
 constexpr std::size_t kHeaderBytes = 84, kTriangleBytes = 50;
 
 bool IsBinary(std::string_view bytes) {
-  return bytes.size() >= kHeaderBytes && bytes.size() == kHeaderBytes + kTriangleBytes * std::size_t{Unsigned32At(bytes, 80)};
+  return bytes.size() >= kHeaderBytes &&
+         bytes.size() == kHeaderBytes + kTriangleBytes * std::size_t{Unsigned32At(bytes, 80)};
 }
 
 std::string Lower(std::string_view word) {
@@ -27,7 +28,8 @@ std::vector<Eigen::Vector3d> BinaryCorners(const FileContent& content) {
   for (std::size_t t = 0; t < n; ++t) {
     for (int k = 0; k < 3; ++k) {
       const std::size_t at = kHeaderBytes + kTriangleBytes * t + 12 + 12 * k;
-      const Eigen::Vector3d p(FloatAt(content.bytes, at), FloatAt(content.bytes, at + 4), FloatAt(content.bytes, at + 8));
+      const Eigen::Vector3d p(FloatAt(content.bytes, at), FloatAt(content.bytes, at + 4),
+                              FloatAt(content.bytes, at + 8));
       if (!p.allFinite()) {
         throw FileError(content.name, "read byte " + std::to_string(at),
                         "a corner of triangle " + std::to_string(t) + " is not finite");
@@ -78,8 +80,8 @@ GeometryFile ReadStl(const FileContent& content) {
   const std::string_view bytes = content.bytes;
   if (!LooksLikeStl(bytes)) {
     if (bytes.size() < kHeaderBytes) {
-      throw FileError(content.name, "read byte " + std::to_string(bytes.size()), "the file ends within the header of a binary STL",
-                      "It may have been cut off");
+      throw FileError(content.name, "read byte " + std::to_string(bytes.size()),
+                      "the file ends within the header of a binary STL", "It may have been cut off");
     }
     throw FileError(content.name, "read byte 80",
                     "the header says " + std::to_string(Unsigned32At(bytes, 80)) + " triangles of 50 bytes, but " +

@@ -20,7 +20,8 @@ bool IsHeading(std::string_view line, const std::string& name) {
   for (std::string_view word = words.Word(kSeparators); !word.empty(); word = words.Word(kSeparators)) {
     const char c = word[0];
     double value = 0.0;
-    if (!((c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '"' || c == '_') || ParseNumber(word, value)) return false;
+    if (!((c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '"' || c == '_') || ParseNumber(word, value))
+      return false;
   }
   return true;
 }
@@ -68,7 +69,8 @@ GeometryFile ReadXyz(const FileContent& content) {
     }
     first = false;
     if (row.size() < 3) {
-      lines.Fail(std::to_string(row.size()) + " numbers where x y z are wanted", "A cloud has a line of three numbers or more a point");
+      lines.Fail(std::to_string(row.size()) + " numbers where x y z are wanted",
+                 "A cloud has a line of three numbers or more a point");
     }
     if (columns == 0) columns = row.size();
     if (row.size() != columns) {

@@ -11,7 +11,8 @@ Canvas DrawScene(const Scene& scene, const Camera& camera, const RenderOptions& 
 
 // The height of letters that suits the picture, in pixels of the canvas.
 double TextHeight(const RenderOptions& options);
-// A cross of the world's axes in the lower left; a bar of a round length in the lower right, true at the camera's target.
+// A cross of the world's axes in the lower left; a bar of a round length in the lower right, true at the camera's
+// target.
 void DrawAxes(Canvas& canvas, const View& view, const RenderOptions& options);
 void DrawScaleBar(Canvas& canvas, const View& view, const Camera& camera, const RenderOptions& options);
 

@@ -28,7 +28,9 @@ void WritePng(const Image& image, const std::filesystem::path& path) {
   std::ofstream file(path, std::ios::binary | std::ios::trunc);
   file.write(bytes.data(), static_cast<std::streamsize>(size));
   file.close();
-  if (!file) throw FileError(path.string(), "write PNG", "the file cannot be written", "Check folder, permissions and free space");
+  if (!file)
+    throw FileError(path.string(), "write PNG", "the file cannot be written",
+                    "Check folder, permissions and free space");
 }
 
 }  // namespace geond

@@ -29,11 +29,16 @@ const Color kInk = Color::Constant(0.16f);
 
 bool HasData(const ObjectPictureData& data, Panel panel) {
   switch (panel) {
-    case Panel::kCloud: return !data.cloud.empty();
-    case Panel::kMesh: return !data.mesh.empty();
-    case Panel::kCharge: return !data.mesh.empty() && !data.charge.empty();
-    case Panel::kParts: return !data.mesh.empty() && !data.labels.empty();
-    case Panel::kGeons: return !data.geons.empty();
+    case Panel::kCloud:
+      return !data.cloud.empty();
+    case Panel::kMesh:
+      return !data.mesh.empty();
+    case Panel::kCharge:
+      return !data.mesh.empty() && !data.charge.empty();
+    case Panel::kParts:
+      return !data.mesh.empty() && !data.labels.empty();
+    case Panel::kGeons:
+      return !data.geons.empty();
   }
   return false;
 }
@@ -80,9 +85,9 @@ ChargeScale ScaleOfCharge(const ObjectPictureData& data) {
     if (below <= 0.95 * total) high = scale.values[t];
     below += areas[t];
   }
-  // To a half or whole doubling, so that the legend says round numbers.
+  // To a whole doubling, so that the legend says round numbers.
   const double octaves = std::max(std::abs(low), std::abs(high)) / std::log(2.0);
-  scale.end = std::clamp(std::ceil(2.0 * octaves - 0.2) / 2.0, 0.5, 2.0) * std::log(2.0);
+  scale.end = std::clamp(std::ceil(octaves - 0.2), 1.0, 2.0) * std::log(2.0);
   return scale;
 }
 
@@ -181,7 +186,8 @@ void DrawChargeLegend(Canvas& canvas, const ObjectPictureData& data, const Layou
 void DrawGeonLegend(Canvas& canvas, const ObjectPictureData& data, const Layout& layout, double left, double top) {
   const double letter = layout.letter;
   double widest = 0.0;
-  for (const ObjectPictureData::Geon& geon : data.geons) widest = std::max(widest, TextWidth(geon.label) * letter / 6.0);
+  for (const ObjectPictureData::Geon& geon : data.geons)
+    widest = std::max(widest, TextWidth(geon.label) * letter / 6.0);
   const double x0 = left + std::max(letter, 0.5 * (layout.panel_columns - widest - 2.0 * letter));
   for (std::size_t i = 0; i < data.geons.size(); ++i) {
     const double y = top + (1.9 * static_cast<double>(i) + 1.0) * letter;
@@ -195,8 +201,8 @@ void CheckData(const ObjectPictureData& data, const ObjectPictureOptions& option
       (!data.labels.empty() && data.labels.size() != data.mesh.triangles.size())) {
     throw std::invalid_argument("ObjectPicture: one charge and one label a triangle of the mesh are wanted");
   }
-  if (options.columns < 64 || options.columns > 8192 || options.rows < 0 || options.rows > 8192 || options.samples < 1 ||
-      options.samples > 4 || (options.rows > 0 && options.rows < 64)) {
+  if (options.columns < 64 || options.columns > 8192 || options.rows < 0 || options.rows > 8192 ||
+      options.samples < 1 || options.samples > 4 || (options.rows > 0 && options.rows < 64)) {
     throw std::invalid_argument("ObjectPicture: a picture has 64 to 8192 columns and rows, and 1 to 4 samples");
   }
   if (panels.empty()) throw std::invalid_argument("ObjectPicture: there is nothing to show");
@@ -207,8 +213,10 @@ double ApparentAspect(const std::vector<const Scene*>& scenes, const ObjectPictu
   const Eigen::Matrix3d rotation = ViewRotation(options.azimuth, options.elevation);
   Eigen::AlignedBox2d box;
   for (const Scene* scene : scenes) {
-    for (const auto& item : scene->meshes) for (const auto& p : item.mesh.vertices) box.extend(Eigen::Vector2d((rotation * p).head<2>()));
-    for (const auto& item : scene->clouds) for (const auto& p : item.cloud.points) box.extend(Eigen::Vector2d((rotation * p).head<2>()));
+    for (const auto& item : scene->meshes)
+      for (const auto& p : item.mesh.vertices) box.extend(Eigen::Vector2d((rotation * p).head<2>()));
+    for (const auto& item : scene->clouds)
+      for (const auto& p : item.cloud.points) box.extend(Eigen::Vector2d((rotation * p).head<2>()));
   }
   if (box.isEmpty()) return 1.0;
   return std::clamp(box.sizes().x() / std::max(box.sizes().y(), 1e-12), 0.4, 2.5);
@@ -248,9 +256,8 @@ Image ObjectPicture(const ObjectPictureData& data, const ObjectPictureOptions& o
   layout.legend = static_cast<int>((1.9 * lines + (lines > 0 ? 1.5 : 0.5)) * layout.letter);
   layout.panel_columns = columns * options.samples;
   const int around = layout.heading + layout.legend;
-  layout.panel_rows = options.rows > 0
-                          ? (options.rows * options.samples - layout.title) / layout.down - around
-                          : static_cast<int>(layout.panel_columns * std::clamp(0.95 / aspect, 0.6, 1.7));
+  layout.panel_rows = options.rows > 0 ? (options.rows * options.samples - layout.title) / layout.down - around
+                                       : static_cast<int>(layout.panel_columns * std::clamp(0.95 / aspect, 0.6, 1.7));
   layout.panel_rows = std::max(layout.panel_rows / options.samples, 16) * options.samples;
 
   RenderOptions render;
@@ -258,14 +265,17 @@ Image ObjectPicture(const ObjectPictureData& data, const ObjectPictureOptions& o
   render.rows = layout.panel_rows / options.samples;
   render.samples = options.samples;
   render.threads = options.threads;
-  const Camera camera = Framing(all, options.azimuth, options.elevation, static_cast<double>(render.columns) / render.rows, 0.085);
+  const Camera camera =
+      Framing(all, options.azimuth, options.elevation, static_cast<double>(render.columns) / render.rows, 0.085);
 
   int rows = layout.title + layout.down * (layout.panel_rows + around);
-  rows = options.rows > 0 ? options.rows * options.samples : (rows + options.samples - 1) / options.samples * options.samples;
+  rows = options.rows > 0 ? options.rows * options.samples
+                          : (rows + options.samples - 1) / options.samples * options.samples;
   Canvas canvas(options.columns * options.samples, rows, Color::Ones());
   if (!data.title.empty()) {
     const double height = std::min(1.35 * layout.letter, 0.95 * canvas.columns * 6.0 / TextWidth(data.title));
-    canvas.DrawText(data.title, 0.5 * (canvas.columns - TextWidth(data.title) * height / 6.0), 2.4 * layout.letter, height, kInk, 1.2);
+    canvas.DrawText(data.title, 0.5 * (canvas.columns - TextWidth(data.title) * height / 6.0), 2.4 * layout.letter,
+                    height, kInk, 1.2);
   }
   for (int i = 0; i < n; ++i) {
     const int left = i % layout.across * layout.panel_columns;
@@ -273,12 +283,14 @@ Image ObjectPicture(const ObjectPictureData& data, const ObjectPictureOptions& o
     render.scale_bar = i == 0;
     render.axes = i == 0;
     canvas.Paste(DrawScene(scenes[i], camera, render), left, top + layout.heading);
-    const auto* name = std::find_if(kPanels.begin(), kPanels.end(), [&](const PanelName& p) { return p.panel == panels[i]; });
+    const auto* name =
+        std::find_if(kPanels.begin(), kPanels.end(), [&](const PanelName& p) { return p.panel == panels[i]; });
     const double height = 1.15 * layout.letter;
     canvas.DrawText(name->heading, left + 0.5 * (layout.panel_columns - TextWidth(name->heading) * height / 6.0),
                     top + 2.3 * layout.letter, height, kInk, 1.15);
     const double legend_top = top + layout.heading + layout.panel_rows + 0.4 * layout.letter;
-    if (panels[i] == Panel::kCharge && HasData(data, Panel::kCharge)) DrawChargeLegend(canvas, data, layout, left, legend_top);
+    if (panels[i] == Panel::kCharge && HasData(data, Panel::kCharge))
+      DrawChargeLegend(canvas, data, layout, left, legend_top);
     if (panels[i] == Panel::kGeons) DrawGeonLegend(canvas, data, layout, left, legend_top);
   }
   return canvas.Reduced(options.samples);

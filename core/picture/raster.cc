@@ -13,8 +13,8 @@ namespace {
 
 // A corner of a triangle on its way to the raster.
 struct Corner {
-  Eigen::Vector3d pixel;      // column, row, depth
-  Eigen::Vector3f normal;     // in the eye's frame
+  Eigen::Vector3d pixel;   // column, row, depth
+  Eigen::Vector3f normal;  // in the eye's frame
   Color light;
 };
 
@@ -28,13 +28,14 @@ struct Disc {
   Eigen::Vector3d pixel;   // of the centre
   Eigen::Vector3f normal;  // in the eye's frame; zero: a ball
   Color light;
-  double radius;           // pixels
+  double radius;  // pixels
   float opacity;
 };
 
 // For each vertex the corners (3 t + k) at it, one vertex after the other.
 struct CornersOfVertices {
-  explicit CornersOfVertices(const TriangleMesh& mesh) : begin(mesh.vertices.size() + 1, 0), corners(3 * mesh.triangles.size()) {
+  explicit CornersOfVertices(const TriangleMesh& mesh)
+      : begin(mesh.vertices.size() + 1, 0), corners(3 * mesh.triangles.size()) {
     for (const auto& t : mesh.triangles) {
       for (int v : t) ++begin[v + 1];
     }
@@ -110,7 +111,8 @@ double TypicalSpacing(const PointCloud& cloud) {
 
 void AddDiscs(const Scene::Cloud& item, const View& view, std::vector<Disc>& discs) {
   const PointCloud& cloud = item.cloud;
-  const double radius = item.style.radius > 0.0 ? item.style.radius : (cloud.has_normals() ? 0.8 : 0.65) * TypicalSpacing(cloud);
+  const double radius =
+      item.style.radius > 0.0 ? item.style.radius : (cloud.has_normals() ? 0.95 : 0.65) * TypicalSpacing(cloud);
   const Color plain = ToLight(item.style.color);
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     Disc disc;
@@ -131,13 +133,16 @@ void AddDiscs(const Scene::Cloud& item, const View& view, std::vector<Disc>& dis
 // The rows [first, last) of a layer; each band is drawn by one thread, with everything in the order of the scene.
 class Band {
  public:
-  Band(SurfaceLayer& layer, const View& view, int first, int last) : layer_(layer), view_(view), first_(first), last_(last) {}
+  Band(SurfaceLayer& layer, const View& view, int first, int last)
+      : layer_(layer), view_(view), first_(first), last_(last) {}
 
   void Draw(const FlatTriangle& triangle) {
     const auto& [a, b, c] = triangle.corners;
-    const double top = std::min({a.pixel.y(), b.pixel.y(), c.pixel.y()}), bottom = std::max({a.pixel.y(), b.pixel.y(), c.pixel.y()});
+    const double top = std::min({a.pixel.y(), b.pixel.y(), c.pixel.y()}),
+                 bottom = std::max({a.pixel.y(), b.pixel.y(), c.pixel.y()});
     if (bottom < first_ || top > last_) return;
-    const double left = std::min({a.pixel.x(), b.pixel.x(), c.pixel.x()}), right = std::max({a.pixel.x(), b.pixel.x(), c.pixel.x()});
+    const double left = std::min({a.pixel.x(), b.pixel.x(), c.pixel.x()}),
+                 right = std::max({a.pixel.x(), b.pixel.x(), c.pixel.x()});
     const double area = Cross(a.pixel, b.pixel, c.pixel.x(), c.pixel.y());
     if (area == 0.0 || right < 0 || left > layer_.columns) return;
     const bool back = area > 0.0;  // rows run down: counter-clockwise triangles have negative area
@@ -145,13 +150,15 @@ class Band {
     for (int row = RowBound(top); row < row_end; ++row) {
       for (int column = ColumnBound(left); column < column_end; ++column) {
         const double x = column + 0.5, y = row + 0.5;
-        const double wa = Cross(b.pixel, c.pixel, x, y) / area, wb = Cross(c.pixel, a.pixel, x, y) / area, wc = 1.0 - wa - wb;
+        const double wa = Cross(b.pixel, c.pixel, x, y) / area, wb = Cross(c.pixel, a.pixel, x, y) / area,
+                     wc = 1.0 - wa - wb;
         if (wa < 0.0 || wb < 0.0 || wc < 0.0) continue;
         // Perspective: weights over depth.
         const double ia = wa / a.pixel.z(), ib = wb / b.pixel.z(), ic = wc / c.pixel.z(), depth = 1.0 / (ia + ib + ic);
         const std::size_t i = layer_.index(column, row);
         if (!(depth < layer_.depth[i])) continue;
-        const auto fa = static_cast<float>(ia * depth), fb = static_cast<float>(ib * depth), fc = static_cast<float>(ic * depth);
+        const auto fa = static_cast<float>(ia * depth), fb = static_cast<float>(ib * depth),
+                   fc = static_cast<float>(ic * depth);
         Eigen::Vector3f normal = (fa * a.normal + fb * b.normal + fc * c.normal).normalized();
         Color light = fa * a.light + fb * b.light + fc * c.light;
         if (back) {
@@ -195,9 +202,14 @@ class Band {
   static double Cross(const Eigen::Vector3d& a, const Eigen::Vector3d& b, double x, double y) {
     return (b.x() - a.x()) * (y - a.y()) - (b.y() - a.y()) * (x - a.x());
   }
-  int RowBound(double row) const { return static_cast<int>(std::clamp(std::floor(row), double(first_), double(last_))); }
-  int ColumnBound(double column) const { return static_cast<int>(std::clamp(std::floor(column), 0.0, double(layer_.columns))); }
-  void Put(std::size_t i, float depth, const Eigen::Vector3f& normal, const Color& light, float opacity, bool outlined) {
+  int RowBound(double row) const {
+    return static_cast<int>(std::clamp(std::floor(row), double(first_), double(last_)));
+  }
+  int ColumnBound(double column) const {
+    return static_cast<int>(std::clamp(std::floor(column), 0.0, double(layer_.columns)));
+  }
+  void Put(std::size_t i, float depth, const Eigen::Vector3f& normal, const Color& light, float opacity,
+           bool outlined) {
     layer_.depth[i] = depth;
     layer_.normal[i] = normal;
     layer_.color[i] = light;
@@ -213,8 +225,12 @@ class Band {
 }  // namespace
 
 SurfaceLayer::SurfaceLayer(int width, int height)
-    : columns(width), rows(height), depth(static_cast<std::size_t>(width) * height, std::numeric_limits<float>::infinity()),
-      normal(depth.size(), Eigen::Vector3f::UnitZ()), color(depth.size(), Color::Zero()), opacity(depth.size(), 0.0f),
+    : columns(width),
+      rows(height),
+      depth(static_cast<std::size_t>(width) * height, std::numeric_limits<float>::infinity()),
+      normal(depth.size(), Eigen::Vector3f::UnitZ()),
+      color(depth.size(), Color::Zero()),
+      opacity(depth.size(), 0.0f),
       outlined(depth.size(), 0) {}
 
 void DrawSurfaces(const Scene& scene, const View& view, bool opaque, int threads, SurfaceLayer& layer) {

@@ -154,8 +154,8 @@ void DrawScaleBar(Canvas& canvas, const View& view, const Camera& camera, const 
 }
 
 Image Render(const Scene& scene, const Camera& camera, const RenderOptions& options) {
-  if (options.columns < 16 || options.rows < 16 || options.columns > 8192 || options.rows > 8192 || options.samples < 1 ||
-      options.samples > 4) {
+  if (options.columns < 16 || options.rows < 16 || options.columns > 8192 || options.rows > 8192 ||
+      options.samples < 1 || options.samples > 4) {
     throw std::invalid_argument("Render: a picture has 16 to 8192 columns and rows, and 1 to 4 samples");
   }
   return DrawScene(scene, camera, options).Reduced(options.samples);

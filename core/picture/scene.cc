@@ -28,8 +28,10 @@ std::vector<Segment> Edges(const TriangleMesh& mesh, const Keep& keep) {
 std::vector<Eigen::Vector3d> PointsOf(const std::vector<const Scene*>& scenes) {
   std::vector<Eigen::Vector3d> points;
   for (const Scene* scene : scenes) {
-    for (const Scene::Mesh& mesh : scene->meshes) points.insert(points.end(), mesh.mesh.vertices.begin(), mesh.mesh.vertices.end());
-    for (const Scene::Cloud& cloud : scene->clouds) points.insert(points.end(), cloud.cloud.points.begin(), cloud.cloud.points.end());
+    for (const Scene::Mesh& mesh : scene->meshes)
+      points.insert(points.end(), mesh.mesh.vertices.begin(), mesh.mesh.vertices.end());
+    for (const Scene::Cloud& cloud : scene->clouds)
+      points.insert(points.end(), cloud.cloud.points.begin(), cloud.cloud.points.end());
     for (const Scene::Lines& lines : scene->lines) {
       for (const Segment& segment : lines.segments) points.insert(points.end(), {segment.from, segment.to});
     }
@@ -45,7 +47,8 @@ std::vector<Segment> CreaseSegments(const TriangleMesh& mesh, double angle) {
 }
 
 std::vector<Segment> BorderSegments(const TriangleMesh& mesh, const std::vector<int>& labels) {
-  if (labels.size() != mesh.triangles.size()) throw std::invalid_argument("BorderSegments: one label a triangle is wanted");
+  if (labels.size() != mesh.triangles.size())
+    throw std::invalid_argument("BorderSegments: one label a triangle is wanted");
   return Edges(mesh, [&](int t, int other) { return other >= 0 && labels[t] != labels[other]; });
 }
 
@@ -53,7 +56,8 @@ std::vector<Segment> WireSegments(const TriangleMesh& mesh) {
   return Edges(mesh, [](int, int) { return true; });
 }
 
-Camera Framing(const std::vector<const Scene*>& scenes, double azimuth, double elevation, double aspect, double margin) {
+Camera Framing(const std::vector<const Scene*>& scenes, double azimuth, double elevation, double aspect,
+               double margin) {
   const std::vector<Eigen::Vector3d> points = PointsOf(scenes);
   if (points.empty()) throw std::invalid_argument("Framing: there is nothing to look at");
   Camera camera;

@@ -39,10 +39,23 @@ struct Segment {
 
 // What a picture shows; lengths in m, z up.
 struct Scene {
-  struct Mesh { TriangleMesh mesh; MeshStyle style; };
-  struct Cloud { PointCloud cloud; CloudStyle style; };
-  struct Lines { std::vector<Segment> segments; LineStyle style; };
-  struct Label { Eigen::Vector3d at; std::string text; Color color; };
+  struct Mesh {
+    TriangleMesh mesh;
+    MeshStyle style;
+  };
+  struct Cloud {
+    PointCloud cloud;
+    CloudStyle style;
+  };
+  struct Lines {
+    std::vector<Segment> segments;
+    LineStyle style;
+  };
+  struct Label {
+    Eigen::Vector3d at;
+    std::string text;
+    Color color;
+  };
   std::vector<Mesh> meshes;
   std::vector<Cloud> clouds;
   std::vector<Lines> lines;
@@ -66,14 +79,15 @@ std::vector<Segment> WireSegments(const TriangleMesh& mesh);
 // Where a scene is looked at from, in perspective.
 struct Camera {
   Eigen::Vector3d target = Eigen::Vector3d::Zero();  // m: drawn in the middle
-  double azimuth = 0.6;        // rad: where the eye is, from +x counter-clockwise seen from above, ...
-  double elevation = 0.4;      // rad: ... and above the horizon
-  double distance = 1.0;       // m: eye to target
+  double azimuth = 0.6;         // rad: where the eye is, from +x counter-clockwise seen from above, ...
+  double elevation = 0.4;       // rad: ... and above the horizon
+  double distance = 1.0;        // m: eye to target
   double field_of_view = 0.35;  // rad: of the shorter side of the picture
 };
 
-// The camera at that azimuth and elevation from which everything of the scenes fills a picture of aspect = columns / rows, less
-// `margin` of its size. Throws std::invalid_argument if there is nothing in them.
-Camera Framing(const std::vector<const Scene*>& scenes, double azimuth, double elevation, double aspect, double margin = 0.05);
+// The camera at that azimuth and elevation from which everything of the scenes fills a picture of aspect = columns /
+// rows, less `margin` of its size. Throws std::invalid_argument if there is nothing in them.
+Camera Framing(const std::vector<const Scene*>& scenes, double azimuth, double elevation, double aspect,
+               double margin = 0.05);
 
 }  // namespace geond

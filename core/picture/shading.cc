@@ -10,7 +10,7 @@
 namespace geond {
 namespace {
 
-constexpr int kTile = 4;      // pixels a side within which the directions differ; the blur is as large
+constexpr int kTile = 4;  // pixels a side within which the directions differ; the blur is as large
 constexpr int kProbes = 12;
 
 // Directions over the hemisphere about z with lengths from short to long, turned a little for each pixel of a tile.
@@ -20,7 +20,9 @@ std::array<Eigen::Vector3f, kProbes> Probes(int turn) {
     const double share = (k + 0.5) / kProbes;
     const double angle = 2.39996322973 * k + turn * 2.0 * 3.14159265358979 / (kTile * kTile);
     const double height = std::sqrt(1.0 - 0.92 * std::fmod(share * 5.0, 1.0)), flat = std::sqrt(1.0 - height * height);
-    probes[k] = (Eigen::Vector3d(flat * std::cos(angle), flat * std::sin(angle), height) * (0.08 + 0.92 * share * share)).cast<float>();
+    probes[k] =
+        (Eigen::Vector3d(flat * std::cos(angle), flat * std::sin(angle), height) * (0.08 + 0.92 * share * share))
+            .cast<float>();
   }
   return probes;
 }
@@ -57,7 +59,8 @@ std::vector<float> Openness(const SurfaceLayer& layer, const View& view, double 
     for (int c = 0; c < columns; ++c) {
       const int column = c * samples + middle, row = static_cast<int>(r) * samples + middle;
       if (!std::isfinite(layer.depth[layer.index(column, row)])) continue;
-      probed[r * columns + c] = ProbedOpenness(layer, view, radius, column, row, tiles[(r % kTile) * kTile + c % kTile]);
+      probed[r * columns + c] =
+          ProbedOpenness(layer, view, radius, column, row, tiles[(r % kTile) * kTile + c % kTile]);
     }
   });
 
@@ -118,7 +121,8 @@ std::optional<GroundShadow> GroundShadow::Of(const Scene& scene, const Camera& c
   const double reach = 0.6 * flat;
   std::vector<float> cover(static_cast<std::size_t>(kCells) * kCells, 0.0f);
   const auto add = [&](const Eigen::Vector3d& p) {
-    const int u = static_cast<int>((p.x() - shadow.left_) / shadow.cell_), v = static_cast<int>((p.y() - shadow.front_) / shadow.cell_);
+    const int u = static_cast<int>((p.x() - shadow.left_) / shadow.cell_),
+              v = static_cast<int>((p.y() - shadow.front_) / shadow.cell_);
     if (u < 0 || v < 0 || u >= kCells || v >= kCells) return;
     float& cell = cover[static_cast<std::size_t>(v) * kCells + u];
     cell = std::max(cell, static_cast<float>(1.0 / (1.0 + 3.0 * (p.z() - shadow.ground_) / reach)));
@@ -168,9 +172,11 @@ float GroundShadow::At(const View& view, double column, double row) const {
   if (u < 0 || v < 0 || u + 1 >= kCells || v + 1 >= kCells) return 0.0f;
   const auto fx = static_cast<float>(x - u), fy = static_cast<float>(y - v);
   const float* cell = &dark_[static_cast<std::size_t>(v) * kCells + u];
-  const float dark = (1 - fy) * ((1 - fx) * cell[0] + fx * cell[1]) + fy * ((1 - fx) * cell[kCells] + fx * cell[kCells + 1]);
+  const float dark =
+      (1 - fy) * ((1 - fx) * cell[0] + fx * cell[1]) + fy * ((1 - fx) * cell[kCells] + fx * cell[kCells + 1]);
   // Nothing of it may end at the picture's edge.
-  const double edge = std::min({column, row, view.columns() - column, view.rows() - row}) / (0.12 * std::min(view.columns(), view.rows()));
+  const double edge = std::min({column, row, view.columns() - column, view.rows() - row}) /
+                      (0.12 * std::min(view.columns(), view.rows()));
   const auto fade = static_cast<float>(std::clamp(edge, 0.0, 1.0));
   return 0.42f * dark * fade * fade * (3.0f - 2.0f * fade);
 }

@@ -8,8 +8,8 @@
 
 namespace geond {
 
-// How open each pixel's surface lies to the space before it, 0 to 1: less in corners and folds. `radius` (m) is how far that
-// looks; it looks from one pixel in each square of samples x samples, and smooths between them.
+// How open each pixel's surface lies to the space before it, 0 to 1: less in corners and folds. `radius` (m) is how far
+// that looks; it looks from one pixel in each square of samples x samples, and smooths between them.
 std::vector<float> Openness(const SurfaceLayer& layer, const View& view, double radius, int samples, int threads);
 
 // The light that comes from a surface: sun from the upper left, sky, a little gloss, a bright rim, and its openness.

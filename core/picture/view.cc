@@ -7,7 +7,8 @@
 namespace geond {
 
 Eigen::Matrix3d ViewRotation(double azimuth, double elevation) {
-  const Eigen::Vector3d back(std::cos(elevation) * std::cos(azimuth), std::cos(elevation) * std::sin(azimuth), std::sin(elevation));
+  const Eigen::Vector3d back(std::cos(elevation) * std::cos(azimuth), std::cos(elevation) * std::sin(azimuth),
+                             std::sin(elevation));
   const Eigen::Vector3d right(-std::sin(azimuth), std::cos(azimuth), 0.0);
   Eigen::Matrix3d rotation;
   rotation << right.transpose(), back.cross(right).transpose(), back.transpose();
@@ -15,8 +16,11 @@ Eigen::Matrix3d ViewRotation(double azimuth, double elevation) {
 }
 
 View::View(const Camera& camera, int columns, int rows)
-    : columns_(columns), rows_(rows), focal_(0.5 * std::min(columns, rows) / std::tan(0.5 * camera.field_of_view)),
-      nearest_(0.02 * camera.distance), rotation_(ViewRotation(camera.azimuth, camera.elevation)),
+    : columns_(columns),
+      rows_(rows),
+      focal_(0.5 * std::min(columns, rows) / std::tan(0.5 * camera.field_of_view)),
+      nearest_(0.02 * camera.distance),
+      rotation_(ViewRotation(camera.azimuth, camera.elevation)),
       eye_(camera.target + camera.distance * rotation_.row(2).transpose()) {}
 
 Eigen::Vector3d View::Project(const Eigen::Vector3d& world) const {

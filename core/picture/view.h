@@ -16,7 +16,7 @@ class View {
   View(const Camera& camera, int columns, int rows);
   int columns() const { return columns_; }
   int rows() const { return rows_; }
-  double focal() const { return focal_; }  // pixels
+  double focal() const { return focal_; }      // pixels
   double nearest() const { return nearest_; }  // m: what is nearer to the eye is not drawn
   const Eigen::Matrix3d& rotation() const { return rotation_; }
 

@@ -83,7 +83,8 @@ bool ReadPng(Bytes& bytes, PngFailure& failure, int columns, int rows, std::uint
   return true;
 }
 
-bool WritePng(std::vector<std::uint8_t>& bytes, PngFailure& failure, int columns, int rows, const std::uint16_t* pixels) {
+bool WritePng(std::vector<std::uint8_t>& bytes, PngFailure& failure, int columns, int rows,
+              const std::uint16_t* pixels) {
   png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &failure, OnPngError, OnPngWarning);
   png_infop info = png != nullptr ? png_create_info_struct(png) : nullptr;
   if (info == nullptr || setjmp(failure.jump) != 0) {
@@ -139,9 +140,10 @@ RangeImage DecodeDepthPng(std::span<const std::uint8_t> bytes, int columns, int 
     Bytes source{bytes};
     PngFailure failure;
     if (!ReadPng(source, failure, columns, rows, pixels)) {
-      throw FileError(name, "read PNG", std::string(failure.message) + " (near byte " + std::to_string(source.position) + ")",
-                      "A range image is a grey 16-bit PNG of " + std::to_string(columns) + " x " + std::to_string(rows) +
-                          " pixels");
+      throw FileError(name, "read PNG",
+                      std::string(failure.message) + " (near byte " + std::to_string(source.position) + ")",
+                      "A range image is a grey 16-bit PNG of " + std::to_string(columns) + " x " +
+                          std::to_string(rows) + " pixels");
     }
   };
   read(nullptr);
@@ -169,15 +171,17 @@ std::vector<std::uint8_t> EncodeDepthFloats(const RangeImage& image) {
 RangeImage DecodeDepthFloats(std::span<const std::uint8_t> bytes, int columns, int rows, const std::string& name) {
   const std::size_t n = static_cast<std::size_t>(columns) * rows;
   if (bytes.size() != 4 * n) {
-    throw FileError(name, "read depth", std::to_string(bytes.size()) + " bytes where " + std::to_string(columns) + " x " +
-                                            std::to_string(rows) + " floats take " + std::to_string(4 * n));
+    throw FileError(name, "read depth",
+                    std::to_string(bytes.size()) + " bytes where " + std::to_string(columns) + " x " +
+                        std::to_string(rows) + " floats take " + std::to_string(4 * n));
   }
   RangeImage image{columns, rows, std::vector<float>(n)};
   for (std::size_t i = 0; i < n; ++i) {
     std::uint32_t bits = 0;
     for (int k = 3; k >= 0; --k) bits = bits << 8 | bytes[4 * i + k];
     image.depth[i] = std::bit_cast<float>(bits);
-    if (std::isinf(image.depth[i])) throw FileError(name, "read depth", "infinite depth at byte " + std::to_string(4 * i));
+    if (std::isinf(image.depth[i]))
+      throw FileError(name, "read depth", "infinite depth at byte " + std::to_string(4 * i));
   }
   return image;
 }

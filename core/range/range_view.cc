@@ -14,8 +14,9 @@ namespace {
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 
 // Along a plane the quantity q is linear in column and row: 1/z seen in perspective, z seen by parallel rays. The noise
-// of a rangefinder lies along the ray, so that least squares in q (pixels exact) is the better of the plane fits: it has
-// no bias towards the line of sight, as the fit of least distances has where the noise nears the size of the window.
+// of a rangefinder lies along the ray, so that least squares in q (pixels exact) is the better of the plane fits: it
+// has no bias towards the line of sight, as the fit of least distances has where the noise nears the size of the
+// window.
 struct LinearFit {
   double q = 0, q_u = 0, q_v = 0;  // value at the centre pixel, slopes a pixel
 };
@@ -52,15 +53,19 @@ struct PixelNormal {
 class PlaneFitter {
  public:
   PlaneFitter(const RangeView& view, const NormalOptions& options)
-      : view_(view), options_(options), half_(options.window / 2),
+      : view_(view),
+        options_(options),
+        half_(options.window / 2),
         perspective_(view.sensor.projection == SensorModel::Projection::kPerspective),
-        tan_incidence_(std::tan(options.max_incidence)), cos_incidence_(std::cos(options.max_incidence)) {}
+        tan_incidence_(std::tan(options.max_incidence)),
+        cos_incidence_(std::cos(options.max_incidence)) {}
 
   PixelNormal Fit(int column, int row) const {
     const double z = view_.image.at(column, row);
     PixelNormal result;
     if (!std::isfinite(z) || (perspective_ && z <= 0.0)) return result;
-    const double pitch = (perspective_ ? z : 1.0) / std::min(std::abs(view_.sensor.focal_u), std::abs(view_.sensor.focal_v));
+    const double pitch =
+        (perspective_ ? z : 1.0) / std::min(std::abs(view_.sensor.focal_u), std::abs(view_.sensor.focal_v));
 
     Moments moments;
     ForEachNeighbor(column, row, z, pitch, [&](int du, int dv, double depth) {
@@ -100,16 +105,18 @@ class PlaneFitter {
         if (!image.contains(column + du, row + dv)) continue;
         const std::size_t pixel = image.index(column + du, row + dv);
         const double depth = image.depth[pixel];
-        if (view_.classes[pixel] != PixelClass::kObject || !std::isfinite(depth) || (perspective_ && depth <= 0.0)) continue;
+        if (view_.classes[pixel] != PixelClass::kObject || !std::isfinite(depth) || (perspective_ && depth <= 0.0))
+          continue;
         const double step = std::max(std::abs(du), std::abs(dv));
-        const double jump = options_.max_depth_jump > 0.0 ? options_.max_depth_jump : noise + tan_incidence_ * pitch * step;
+        const double jump =
+            options_.max_depth_jump > 0.0 ? options_.max_depth_jump : noise + tan_incidence_ * pitch * step;
         if (std::abs(depth - z) <= jump) on_neighbor(du, dv, depth);
       }
     }
   }
 
-  // Unit normal towards the sensor of the plane with q = q0 + q_u (u - column) + q_v (v - row). With p = z r(u, v), r = (x, y,
-  // 1), the plane n.p = d reads n.r = d / z, linear in u and v: n_x = f_u q_u, n_y = f_v q_v up to the factor d.
+  // Unit normal towards the sensor of the plane with q = q0 + q_u (u - column) + q_v (v - row). With p = z r(u, v), r =
+  // (x, y, 1), the plane n.p = d reads n.r = d / z, linear in u and v: n_x = f_u q_u, n_y = f_v q_v up to the factor d.
   Eigen::Vector3d NormalOf(const LinearFit& fit, int column, int row, double z) const {
     const SensorModel& sensor = view_.sensor;
     Eigen::Vector3d n(sensor.focal_u * fit.q_u, sensor.focal_v * fit.q_v, -1.0);
@@ -153,8 +160,9 @@ RangeView EstimateNormals(RangeView view, const NormalOptions& options, int thre
   }
   if (options.window < 3 || options.window % 2 == 0 || options.min_neighbors < 2 || !(options.max_incidence > 0.0) ||
       !(options.max_incidence < 1.5707) || !(options.max_depth_jump >= 0.0)) {
-    throw std::invalid_argument("EstimateNormals: window odd and >= 3, min_neighbors >= 2, 0 < max_incidence < pi/2, "
-                                "max_depth_jump >= 0 are wanted");
+    throw std::invalid_argument(
+        "EstimateNormals: window odd and >= 3, min_neighbors >= 2, 0 < max_incidence < pi/2, "
+        "max_depth_jump >= 0 are wanted");
   }
   std::vector<PixelClass> classes = view.classes;
   std::vector<Eigen::Vector3f> normals(n, Eigen::Vector3f::Constant(kNan));

@@ -51,7 +51,8 @@ std::vector<std::uint8_t> ReadFile(const fs::path& path, std::uintmax_t max_byte
   std::vector<std::uint8_t> bytes(size);
   file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size));
   if (static_cast<std::uintmax_t>(file.gcount()) != size) {
-    throw FileError(path.string(), "read", "it ended at byte " + std::to_string(file.gcount()) + " of " + std::to_string(size));
+    throw FileError(path.string(), "read",
+                    "it ended at byte " + std::to_string(file.gcount()) + " of " + std::to_string(size));
   }
   return bytes;
 }
@@ -114,9 +115,9 @@ RecordedScan ReadScan(const fs::path& folder) {
     RecordedScan::View& view = document.scan.views[i];
     const fs::path path = folder / entry.file;
     const std::vector<std::uint8_t> bytes = ReadChecked(path, entry.sha256);
-    view.exposure.image =
-        entry.png ? DecodeDepthPng(bytes, view.sensor.columns, view.sensor.rows, entry.code, path.string())
-                  : DecodeDepthFloats(bytes, view.sensor.columns, view.sensor.rows, path.string());
+    view.exposure.image = entry.png
+                              ? DecodeDepthPng(bytes, view.sensor.columns, view.sensor.rows, entry.code, path.string())
+                              : DecodeDepthFloats(bytes, view.sensor.columns, view.sensor.rows, path.string());
   }
   if (document.truth_file) {
     const std::vector<std::uint8_t> truth = ReadChecked(folder / *document.truth_file, document.truth_sha256);
@@ -152,8 +153,8 @@ void WriteScan(const RecordedScan& scan, const fs::path& folder, ScanImageFormat
     entry.sha256 = Sha256(bytes);
     WriteFile(folder / entry.file, bytes);
     document.images.push_back(entry);
-    document.scan.views.push_back({{{}, view.exposure.table_angle, view.exposure.timestamp}, view.sensor, view.X_TS_measured,
-                                   view.X_TS_refined});
+    document.scan.views.push_back(
+        {{{}, view.exposure.table_angle, view.exposure.timestamp}, view.sensor, view.X_TS_measured, view.X_TS_refined});
   }
   if (!scan.truth.empty()) {
     document.truth_file = "truth.json";

@@ -31,27 +31,27 @@ Pose SensorInTurntable(const StationGeometry& station, double table_angle);
 struct RecordedScan {
   struct View {
     Exposure exposure;
-    SensorModel sensor;                  // of this view (the station's, unless recorded otherwise)
+    SensorModel sensor;  // of this view (the station's, unless recorded otherwise)
     Pose X_TS_measured;
-    std::optional<Pose> X_TS_refined;    // absent until registered
+    std::optional<Pose> X_TS_refined;  // absent until registered
   };
   StationGeometry station;
-  bool has_table = true;                 // false: a scan from elsewhere, no table plane and no axis to use
+  bool has_table = true;  // false: a scan from elsewhere, no table plane and no axis to use
   std::vector<View> views;
-  std::uint64_t seed = 0;                // of the simulation, 0 for a real station
-  std::string software;                  // version that wrote it
-  std::string truth;                     // of a simulated scan: JSON text of the true description, else empty
+  std::uint64_t seed = 0;  // of the simulation, 0 for a real station
+  std::string software;    // version that wrote it
+  std::string truth;       // of a simulated scan: JSON text of the true description, else empty
 };
 
 // Throws FileError naming file and key (or byte) if anything is missing, damaged (sum) or out of range.
 RecordedScan ReadScan(const std::filesystem::path& folder);
 
-// kAuto: PNG where that keeps every depth to 1e-6 m (depths within 0.13 m of each other), else floats, which lose nothing.
-// kPng always: the error is at most 8e-6 of the image's range of depth.
+// kAuto: PNG where that keeps every depth to 1e-6 m (depths within 0.13 m of each other), else floats, which lose
+// nothing. kPng always: the error is at most 8e-6 of the image's range of depth.
 enum class ScanImageFormat { kAuto, kPng, kFloat };
 
-// Writes scan.json last, so that a folder with one is whole. Throws FileError; std::invalid_argument if an image has not
-// the size of its sensor.
+// Writes scan.json last, so that a folder with one is whole. Throws FileError; std::invalid_argument if an image has
+// not the size of its sensor.
 void WriteScan(const RecordedScan& scan, const std::filesystem::path& folder,
                ScanImageFormat format = ScanImageFormat::kAuto);
 

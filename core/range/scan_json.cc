@@ -17,8 +17,8 @@ using nlohmann::json;
 using nlohmann::ordered_json;
 
 constexpr double kDegrees = 180.0 / std::numbers::pi;  // a radian
-constexpr double kMillimetres = 1e3;  // a metre
-constexpr double kFarthest = 1e9;     // mm: no station is larger
+constexpr double kMillimetres = 1e3;                   // a metre
+constexpr double kFarthest = 1e9;                      // mm: no station is larger
 
 std::string Short(double value) {
   std::ostringstream text;
@@ -119,8 +119,8 @@ geond::Pose JsonField::Pose() const {
   if (position.ArraySize() != 3) position.Fail("three numbers x, y, z are wanted");
   Eigen::Vector3d p;
   for (int i = 0; i < 3; ++i) p[i] = position[i].Number(-kFarthest, kFarthest) / kMillimetres;
-  const Eigen::Quaterniond q(quaternion["w"].Number(-2, 2), quaternion["x"].Number(-2, 2), quaternion["y"].Number(-2, 2),
-                             quaternion["z"].Number(-2, 2));
+  const Eigen::Quaterniond q(quaternion["w"].Number(-2, 2), quaternion["x"].Number(-2, 2),
+                             quaternion["y"].Number(-2, 2), quaternion["z"].Number(-2, 2));
   if (std::abs(q.norm() - 1.0) > 1e-3) quaternion.Fail("its length is " + Short(q.norm()) + ", but must be 1");
   return {q, p};
 }
@@ -132,9 +132,9 @@ void JsonField::Fail(const std::string& cause, const std::string& remedy) const 
 ordered_json PoseToJson(const Pose& pose) {
   const Eigen::Vector3d p = pose.translation() * kMillimetres;
   const Eigen::Quaterniond& q = pose.rotation();
-  return {{"position_mm", {p.x(), p.y(), p.z()}}, {"quaternion", {{"w", q.w()}, {"x", q.x()}, {"y", q.y()}, {"z", q.z()}}}};
+  return {{"position_mm", {p.x(), p.y(), p.z()}},
+          {"quaternion", {{"w", q.w()}, {"x", q.x()}, {"y", q.y()}, {"z", q.z()}}}};
 }
-
 
 // --- sensor ---
 
@@ -268,8 +268,8 @@ RecordedScan::View ViewFrom(const JsonField& field, const SensorModel& station_s
 
 std::string ScanToJson(const ScanDocument& document) {
   const RecordedScan& scan = document.scan;
-  ordered_json root = {{"format", "geond scan"},     {"format_version", kScanFormatVersion},
-                       {"software", scan.software},  {"seed", scan.seed},
+  ordered_json root = {{"format", "geond scan"},      {"format_version", kScanFormatVersion},
+                       {"software", scan.software},   {"seed", scan.seed},
                        {"has_table", scan.has_table}, {"station", StationToJson(scan.station)}};
   if (document.truth_file) root["truth"] = {{"file", *document.truth_file}, {"sha256", document.truth_sha256}};
   root["views"] = ordered_json::array();

@@ -17,8 +17,8 @@ inline constexpr std::int64_t kMaxImagePixels = std::int64_t{1} << 25;
 
 // How the range image of a view lies in the scan's folder.
 struct ScanImageEntry {
-  std::string file;    // a plain name
-  bool png = false;    // grey 16-bit PNG by `code`, else raw floats
+  std::string file;  // a plain name
+  bool png = false;  // grey 16-bit PNG by `code`, else raw floats
   DepthCode code;
   std::string sha256;  // 64 hexadecimal digits, lower case
 };
@@ -31,8 +31,8 @@ struct ScanDocument {
   std::string truth_sha256;
 };
 
-// The text of scan.json, lengths in mm, angles in degrees, and back. Reading throws FileError naming `file` and the key of
-// whatever is missing, of the wrong kind or out of range.
+// The text of scan.json, lengths in mm, angles in degrees, and back. Reading throws FileError naming `file` and the key
+// of whatever is missing, of the wrong kind or out of range.
 std::string ScanToJson(const ScanDocument& document);
 ScanDocument ScanFromJson(const std::string& text, const std::string& file);
 

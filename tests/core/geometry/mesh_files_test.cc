@@ -125,12 +125,17 @@ TEST_F(MeshFiles, TheSameTriangleInEveryForm) {
   const std::string faces = "element face 1\nproperty list uchar int vertex_indices\nend_header\n";
   const std::pair<const char*, std::string> files[] = {
       {"a.ply", "ply\nformat ascii 1.0\ncomment c\nobj_info o\n" + head + faces + body + "3 0 1 2\n"},
-      {"crlf.ply", "ply\r\nformat ascii 1.0\r\nelement vertex 3\r\nproperty double x\r\nproperty double y\r\nproperty double z\r\n"
-                   "element face 1\r\nproperty list uchar int vertex_index\r\nend_header\r\n0 0 0\r\n1 0 0\r\n0 1 0\r\n3 0 1 2\r\n"},
-      {"extra.ply", "ply\nformat ascii 1.0\nelement camera 1\nproperty list int float focal\nproperty float k\n"
-                    "element vertex 3\nproperty uchar red\nproperty float x\nproperty float y\nproperty float z\nproperty list uchar "
-                    "int tags\nelement face 1\nproperty uchar flags\nproperty list uint8 uint32 vertex_indices\nproperty float q\n"
-                    "element nothing 0\nproperty int a\nend_header\n2 1 2 3\n9 0 0 0 0\n9 1 0 0 2 7 7\n9 0 1 0 1 4\n1 3 0 1 2 0.5\n"},
+      {"crlf.ply",
+       "ply\r\nformat ascii 1.0\r\nelement vertex 3\r\nproperty double x\r\nproperty double y\r\nproperty double z\r\n"
+       "element face 1\r\nproperty list uchar int vertex_index\r\nend_header\r\n0 0 0\r\n1 0 0\r\n0 1 0\r\n3 0 1 "
+       "2\r\n"},
+      {"extra.ply",
+       "ply\nformat ascii 1.0\nelement camera 1\nproperty list int float focal\nproperty float k\n"
+       "element vertex 3\nproperty uchar red\nproperty float x\nproperty float y\nproperty float z\nproperty list "
+       "uchar "
+       "int tags\nelement face 1\nproperty uchar flags\nproperty list uint8 uint32 vertex_indices\nproperty float q\n"
+       "element nothing 0\nproperty int a\nend_header\n2 1 2 3\n9 0 0 0 0\n9 1 0 0 2 7 7\n9 0 1 0 1 4\n1 3 0 1 2 "
+       "0.5\n"},
       {"a.off", "OFF\n3 1 0\n" + body + "3 0 1 2\n"},
       {"one_line.off", "OFF 3 1 0\n" + body + "3 0 1 2\n"},
       {"glued.off", "OFF3 1 0\n" + body + "3 0 1 2\n"},
@@ -143,9 +148,12 @@ TEST_F(MeshFiles, TheSameTriangleInEveryForm) {
       {"slashes.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvn 0 0 1\nf 1/1 2/1/1 3//1\n"},
       {"forward.obj", "f 1 2 3\nv 0 0 0\nv 1 0 0\nv 0 1 0\n"},
       {"continued.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 \\\n3\n"},
-      {"a.stl", "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid s\n"},
-      {"upper.stl", "SOLID\n FACET NORMAL 0 0 1\n OUTER LOOP\n VERTEX 0 0 0\n VERTEX 1E0 +0 -0.0\n VERTEX 0 1 0\n ENDLOOP\n"
-                    "ENDFACET\nENDSOLID\n"},
+      {"a.stl",
+       "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid "
+       "s\n"},
+      {"upper.stl",
+       "SOLID\n FACET NORMAL 0 0 1\n OUTER LOOP\n VERTEX 0 0 0\n VERTEX 1E0 +0 -0.0\n VERTEX 0 1 0\n ENDLOOP\n"
+       "ENDFACET\nENDSOLID\n"},
   };
   for (const auto& [name, bytes] : files) {
     SCOPED_TRACE(name);
@@ -161,9 +169,10 @@ TEST_F(MeshFiles, TheSameTriangleInEveryForm) {
 
 TEST_F(MeshFiles, ReadsPlyOfEitherByteOrder) {
   for (bool big : {false, true}) {
-    std::string bytes = std::string("ply\nformat binary_") + (big ? "big" : "little") +
-                        "_endian 1.0\nelement vertex 3\nproperty short x\nproperty float y\nproperty double z\nproperty uchar c\n"
-                        "element face 1\nproperty list ushort uint vertex_indices\nend_header\n";
+    std::string bytes =
+        std::string("ply\nformat binary_") + (big ? "big" : "little") +
+        "_endian 1.0\nelement vertex 3\nproperty short x\nproperty float y\nproperty double z\nproperty uchar c\n"
+        "element face 1\nproperty list ushort uint vertex_indices\nend_header\n";
     const auto append = [&](auto bits) {
       for (std::size_t k = 0; k < sizeof(bits); ++k) {
         bytes += static_cast<char>(bits >> 8 * (big ? sizeof(bits) - 1 - k : k) & 0xff);
@@ -232,8 +241,14 @@ TEST_F(MeshFiles, LeavesOutFacesWithACornerTwice) {
 }
 
 TEST_F(MeshFiles, ReadsColumnsHoweverParted) {
-  const char* texts[] = {"1 2 3\n4 5 6\n", "1,2,3\n4,5,6\n", "1;2;3\r\n4; 5; 6\r\n", "# c\n 1\t2\t3 # c\n\n4 5 6",
-                         "x,y,z\n1,2,3\n4,5,6\n", "2\n1 2 3\n4 5 6\n", "// c\n1.0 2e0 +3 9 9 9\n4 5 6 9 9 9\n", "1 2 3 77\n4 5 6 78\n"};
+  const char* texts[] = {"1 2 3\n4 5 6\n",
+                         "1,2,3\n4,5,6\n",
+                         "1;2;3\r\n4; 5; 6\r\n",
+                         "# c\n 1\t2\t3 # c\n\n4 5 6",
+                         "x,y,z\n1,2,3\n4,5,6\n",
+                         "2\n1 2 3\n4 5 6\n",
+                         "// c\n1.0 2e0 +3 9 9 9\n4 5 6 9 9 9\n",
+                         "1 2 3 77\n4 5 6 78\n"};
   for (const char* text : texts) {
     const PointCloud cloud = Read("a.xyz", text).cloud;
     ASSERT_EQ(cloud.size(), 2u) << text;
@@ -246,8 +261,10 @@ TEST_F(MeshFiles, ReadsColumnsHoweverParted) {
 
 std::string PcdHeader(const char* data, int points = 3) {
   const std::string n = std::to_string(points);
-  return "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS rgb x y z label\nSIZE 4 4 4 4 2\nTYPE U F F F U\n"
-         "COUNT 1 1 1 1 2\nWIDTH " + n + "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " + n + "\nDATA " + data + "\n";
+  return "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS rgb x y z label\nSIZE 4 4 4 4 2\nTYPE U F F "
+         "F U\n"
+         "COUNT 1 1 1 1 2\nWIDTH " +
+         n + "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " + n + "\nDATA " + data + "\n";
 }
 
 TEST_F(MeshFiles, ReadsPcdInAllThreeForms) {
@@ -269,8 +286,9 @@ TEST_F(MeshFiles, ReadsPcdInAllThreeForms) {
   for (int i = 0; i < 3; ++i) append(columns, 8, 4);
   ASSERT_EQ(columns.size(), 60u);
   // LZF: four bytes as they are, then a copy of eight from four back, then 32 + 16 bytes as they are.
-  std::string packed = std::string(1, '\3') + columns.substr(0, 4) + std::string("\xc0\x03", 2) + std::string(1, '\x1f') +
-                       columns.substr(12, 32) + std::string(1, '\x0f') + columns.substr(44, 16);
+  std::string packed = std::string(1, '\3') + columns.substr(0, 4) + std::string("\xc0\x03", 2) +
+                       std::string(1, '\x1f') + columns.substr(12, 32) + std::string(1, '\x0f') +
+                       columns.substr(44, 16);
   std::string compressed = PcdHeader("binary_compressed");
   append(compressed, static_cast<std::uint32_t>(packed.size()), 4);
   append(compressed, 60, 4);
@@ -284,8 +302,9 @@ TEST_F(MeshFiles, ReadsPcdInAllThreeForms) {
 }
 
 TEST_F(MeshFiles, LeavesOutFewPointsWithoutNormal) {
-  std::string text = "ply\nformat ascii 1.0\nelement vertex 20\nproperty float x\nproperty float y\nproperty float z\n"
-                     "property float nx\nproperty float ny\nproperty float nz\nend_header\n";
+  std::string text =
+      "ply\nformat ascii 1.0\nelement vertex 20\nproperty float x\nproperty float y\nproperty float z\n"
+      "property float nx\nproperty float ny\nproperty float nz\nend_header\n";
   for (int i = 0; i < 20; ++i) text += std::to_string(i) + (i == 4 ? " 0 0 0 0 0\n" : " 0 0 0 0 2\n");
   const GeometryFile read = Read("a.ply", text);
   EXPECT_EQ(read.cloud.size(), 19u);
@@ -295,7 +314,9 @@ TEST_F(MeshFiles, LeavesOutFewPointsWithoutNormal) {
 
 TEST_F(MeshFiles, SaysHowToUnpack) {
   try {
-    Read("a.ply.xz", std::string("\xfd" "7zXZ\0\0\0", 8));
+    Read("a.ply.xz", std::string("\xfd"
+                                 "7zXZ\0\0\0",
+                                 8));
     FAIL();
   } catch (const FileError& error) {
     EXPECT_THAT(error.what(), HasSubstr("xz -dk"));
@@ -325,8 +346,10 @@ TEST(Scaled, ScalesEveryLength) {
 
 TEST(RealFiles, AreReadOrRefusedInOneSentence) {
   const char* variable = std::getenv("GEOND_DATA");
-  const fs::path data = variable != nullptr ? fs::path(variable) : fs::path(GEOND_SOURCE_DIR) / ".." / "shared" / "data";
-  if (!fs::is_directory(data)) GTEST_SKIP() << "no folder " << data << ": set GEOND_DATA to where the third-party scans are";
+  const fs::path data =
+      variable != nullptr ? fs::path(variable) : fs::path(GEOND_SOURCE_DIR) / ".." / "shared" / "data";
+  if (!fs::is_directory(data))
+    GTEST_SKIP() << "no folder " << data << ": set GEOND_DATA to where the third-party scans are";
   int n_read = 0;
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(data)) {
     if (!entry.is_regular_file() || entry.file_size() > 3000000) continue;
@@ -336,7 +359,8 @@ TEST(RealFiles, AreReadOrRefusedInOneSentence) {
       CheckMesh(file.mesh);
       ++n_read;
     } catch (const FileError& error) {
-      EXPECT_TRUE(extension == ".xz" || extension == ".conf" || extension == ".TXT" || extension == ".md") << error.what();
+      EXPECT_TRUE(extension == ".xz" || extension == ".conf" || extension == ".TXT" || extension == ".md")
+          << error.what();
     }
   }
   EXPECT_GE(n_read, 50);

@@ -90,7 +90,8 @@ TEST(Topology, ThreeTrianglesOnAnEdgeAreNoManifold) {
   TriangleMesh mesh = Tetrahedron();
   mesh.vertices.push_back({0, -1, 0});
   mesh.vertices.push_back({0, 0, -1});
-  for (const auto& t : std::vector<TriangleMesh::Triangle>{{0, 4, 1}, {0, 1, 5}, {1, 4, 5}, {4, 0, 5}}) mesh.triangles.push_back(t);
+  for (const auto& t : std::vector<TriangleMesh::Triangle>{{0, 4, 1}, {0, 1, 5}, {1, 4, 5}, {4, 0, 5}})
+    mesh.triangles.push_back(t);
   const MeshTopology topology = Topology(mesh);
   EXPECT_TRUE(topology.closed);
   EXPECT_FALSE(topology.manifold);
@@ -101,7 +102,8 @@ TEST(Topology, ABowTieIsNoManifold) {
   // Two tetrahedra that share one vertex and no edge.
   TriangleMesh mesh = Tetrahedron();
   mesh.vertices.insert(mesh.vertices.end(), {{-1, 0, 0}, {0, -1, 0}, {0, 0, -1}});
-  for (const auto& t : std::vector<TriangleMesh::Triangle>{{0, 5, 4}, {0, 4, 6}, {4, 5, 6}, {5, 0, 6}}) mesh.triangles.push_back(t);
+  for (const auto& t : std::vector<TriangleMesh::Triangle>{{0, 5, 4}, {0, 4, 6}, {4, 5, 6}, {5, 0, 6}})
+    mesh.triangles.push_back(t);
   const MeshTopology topology = Topology(mesh);
   EXPECT_TRUE(topology.closed);
   EXPECT_FALSE(topology.manifold);
@@ -131,7 +133,8 @@ TEST(TriangleNeighbors, AreMutualAndShareTheEdge) {
         ASSERT_GE(other, 0);
         EXPECT_NE(std::find(neighbors[other].begin(), neighbors[other].end(), t), neighbors[other].end());
         for (int v : {mesh.triangles[t][side], mesh.triangles[t][(side + 1) % 3]}) {
-          EXPECT_NE(std::find(mesh.triangles[other].begin(), mesh.triangles[other].end(), v), mesh.triangles[other].end());
+          EXPECT_NE(std::find(mesh.triangles[other].begin(), mesh.triangles[other].end(), v),
+                    mesh.triangles[other].end());
         }
       }
     }

@@ -55,7 +55,8 @@ TEST(Framing, FillsThePictureAndNothingLeavesIt) {
       for (int row = 0; row < image.rows; ++row) {
         for (int column = 0; column < image.columns; ++column) {
           if (IsWhite(image.at(column, row))) continue;
-          left = std::min(left, column), right = std::max(right, column), top = std::min(top, row), bottom = std::max(bottom, row);
+          left = std::min(left, column), right = std::max(right, column), top = std::min(top, row),
+          bottom = std::max(bottom, row);
         }
       }
       EXPECT_GT(left, 0);
@@ -162,7 +163,7 @@ TEST(Render, CornersAreDarkerThanOpenSurfaces) {
     largest_change = std::max(largest_change, change);
     sum += change;
   }
-  EXPECT_GT(largest_change, 0.08);       // in the fold
+  EXPECT_GT(largest_change, 0.08);             // in the fold
   EXPECT_LT(sum / 200, 0.5 * largest_change);  // not everywhere
 }
 

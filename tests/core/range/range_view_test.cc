@@ -36,7 +36,8 @@ SensorModel OrthographicSensor(int columns = 60, int rows = 50) {
 }
 
 // A view whose depth at (column, row) is depth_of(ray origin, unit direction); NaN is no return.
-RangeView MakeView(const SensorModel& sensor, const std::function<double(const Eigen::Vector3d&, const Eigen::Vector3d&)>& range_of) {
+RangeView MakeView(const SensorModel& sensor,
+                   const std::function<double(const Eigen::Vector3d&, const Eigen::Vector3d&)>& range_of) {
   RangeView view;
   view.sensor = sensor;
   view.image = {sensor.columns, sensor.rows, {}};
@@ -54,11 +55,13 @@ RangeView MakeView(const SensorModel& sensor, const std::function<double(const E
   return view;
 }
 
-double PlaneRange(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, const Eigen::Vector3d& normal, double distance) {
+double PlaneRange(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, const Eigen::Vector3d& normal,
+                  double distance) {
   return (distance - normal.dot(origin)) / normal.dot(direction);
 }
 
-double SphereRange(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, const Eigen::Vector3d& center, double radius) {
+double SphereRange(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, const Eigen::Vector3d& center,
+                   double radius) {
   const double b = direction.dot(origin - center);
   const double c = (origin - center).squaredNorm() - radius * radius;
   return b * b < c ? std::numeric_limits<double>::quiet_NaN() : -b - std::sqrt(b * b - c);
@@ -67,8 +70,7 @@ double SphereRange(const Eigen::Vector3d& origin, const Eigen::Vector3d& directi
 TEST(EstimateNormals, IsExactOnPlanes) {
   for (const SensorModel& sensor : {PerspectiveSensor(), OrthographicSensor()}) {
     for (double tilt : {0.0, 20.0, 55.0, 70.0}) {
-      const Eigen::Vector3d normal =
-          Pose::Rotation({0.3, 1.0, 0.0}, tilt * kDegree).Rotate(-Eigen::Vector3d::UnitZ());
+      const Eigen::Vector3d normal = Pose::Rotation({0.3, 1.0, 0.0}, tilt * kDegree).Rotate(-Eigen::Vector3d::UnitZ());
       const RangeView view = EstimateNormals(MakeView(sensor, [&](const auto& origin, const auto& direction) {
         return PlaneRange(origin, direction, normal, -0.45 * std::cos(tilt * kDegree));
       }));
@@ -135,9 +137,8 @@ TEST(EstimateNormals, IsUnbiasedUnderNoiseAlongTheRay) {
 
 TEST(EstimateNormals, DoesNotBlendAcrossADepthJump) {
   const SensorModel sensor = PerspectiveSensor(60, 50);
-  RangeView view = MakeView(sensor, [&](const auto&, const auto& direction) {
-    return (direction.x() < 0.0 ? 0.40 : 0.50) / direction.z();
-  });
+  RangeView view = MakeView(
+      sensor, [&](const auto&, const auto& direction) { return (direction.x() < 0.0 ? 0.40 : 0.50) / direction.z(); });
   view = EstimateNormals(std::move(view));
   for (int row = 0; row < sensor.rows; ++row) {
     for (int column = 0; column < sensor.columns; ++column) {
@@ -150,9 +151,8 @@ TEST(EstimateNormals, DoesNotBlendAcrossADepthJump) {
 
 TEST(EstimateNormals, RejectsFlyingPixelsBetweenTwoSurfaces) {
   const SensorModel sensor = PerspectiveSensor(60, 50);
-  RangeView view = MakeView(sensor, [&](const auto&, const auto& direction) {
-    return (direction.x() < 0.0 ? 0.40 : 0.50) / direction.z();
-  });
+  RangeView view = MakeView(
+      sensor, [&](const auto&, const auto& direction) { return (direction.x() < 0.0 ? 0.40 : 0.50) / direction.z(); });
   const int edge = 30;  // the first column of the far surface
   for (int row = 0; row < sensor.rows; ++row) view.image.depth[view.image.index(edge, row)] = 0.45f;
   view = EstimateNormals(std::move(view));
@@ -168,9 +168,11 @@ TEST(EstimateNormals, RejectsGrazingSurfaces) {
   options.max_incidence = 60 * kDegree;
   for (double tilt : {50.0, 70.0}) {
     const Eigen::Vector3d normal = Pose::Rotation({1.0, 0.0, 0.0}, tilt * kDegree).Rotate(-Eigen::Vector3d::UnitZ());
-    const RangeView view = EstimateNormals(MakeView(OrthographicSensor(), [&](const auto& origin, const auto& direction) {
-      return PlaneRange(origin, direction, normal, 0.45 * normal.z());
-    }), options);
+    const RangeView view = EstimateNormals(MakeView(OrthographicSensor(),
+                                                    [&](const auto& origin, const auto& direction) {
+                                                      return PlaneRange(origin, direction, normal, 0.45 * normal.z());
+                                                    }),
+                                           options);
     for (std::size_t i = 0; i < view.classes.size(); ++i) {
       EXPECT_EQ(view.classes[i], tilt < 60 ? PixelClass::kObject : PixelClass::kRejected);
       EXPECT_EQ(view.normals_S[i].allFinite(), tilt < 60);
@@ -179,19 +181,22 @@ TEST(EstimateNormals, RejectsGrazingSurfaces) {
 }
 
 TEST(EstimateNormals, LeavesPixelsOutsideTheObjectAlone) {
-  RangeView view = MakeView(PerspectiveSensor(), [](const auto&, const auto& direction) { return 0.4 / direction.z(); });
+  RangeView view =
+      MakeView(PerspectiveSensor(), [](const auto&, const auto& direction) { return 0.4 / direction.z(); });
   for (std::size_t i = 0; i < view.classes.size(); ++i) {
     if (i % 60 < 20) view.classes[i] = i % 2 ? PixelClass::kTable : PixelClass::kBackground;
   }
   const std::vector<PixelClass> before = view.classes;
   view = EstimateNormals(std::move(view));
   EXPECT_EQ(view.classes, before);
-  for (std::size_t i = 0; i < before.size(); ++i) EXPECT_EQ(view.normals_S[i].allFinite(), before[i] == PixelClass::kObject);
+  for (std::size_t i = 0; i < before.size(); ++i)
+    EXPECT_EQ(view.normals_S[i].allFinite(), before[i] == PixelClass::kObject);
   EXPECT_EQ(ViewCloud(view).size(), 40u * 50u);
 }
 
 TEST(EstimateNormals, RejectsLonelyPixelsAndLines) {
-  RangeView view = MakeView(PerspectiveSensor(), [](const auto&, const auto& direction) { return 0.4 / direction.z(); });
+  RangeView view =
+      MakeView(PerspectiveSensor(), [](const auto&, const auto& direction) { return 0.4 / direction.z(); });
   std::fill(view.classes.begin(), view.classes.end(), PixelClass::kNothing);
   for (int row = 0; row < 50; ++row) view.classes[view.image.index(10, row)] = PixelClass::kObject;
   view.classes[view.image.index(30, 30)] = PixelClass::kObject;
@@ -205,16 +210,20 @@ TEST(EstimateNormals, RejectsLonelyPixelsAndLines) {
 
 TEST(EstimateNormals, GivesTheSameBitsForAnyNumberOfThreads) {
   const auto estimate = [](int threads) {
-    return EstimateNormals(MakeView(PerspectiveSensor(90, 80), [](const auto& origin, const auto& direction) {
-      return SphereRange(origin, direction, {0, 0, 0.45}, 0.03);
-    }), {}, threads);
+    return EstimateNormals(MakeView(PerspectiveSensor(90, 80),
+                                    [](const auto& origin, const auto& direction) {
+                                      return SphereRange(origin, direction, {0, 0, 0.45}, 0.03);
+                                    }),
+                           {}, threads);
   };
   const RangeView one = estimate(1);
   for (int threads : {2, 3, 8}) {
     const RangeView many = estimate(threads);
     EXPECT_EQ(one.classes, many.classes);
-    EXPECT_EQ(0, std::memcmp(one.normals_S.data(), many.normals_S.data(), one.normals_S.size() * sizeof(one.normals_S[0])));
-    EXPECT_EQ(0, std::memcmp(one.normal_residuals.data(), many.normal_residuals.data(), 4 * one.normal_residuals.size()));
+    EXPECT_EQ(
+        0, std::memcmp(one.normals_S.data(), many.normals_S.data(), one.normals_S.size() * sizeof(one.normals_S[0])));
+    EXPECT_EQ(0,
+              std::memcmp(one.normal_residuals.data(), many.normal_residuals.data(), 4 * one.normal_residuals.size()));
   }
 }
 
