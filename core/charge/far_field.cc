@@ -3,7 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <tuple>
+#include <cstdlib>
+#include <utility>
 
 #include "core/base/parallel.h"
 #include "core/charge/harmonics.h"
@@ -26,25 +27,31 @@ int Octant(const Cell& child) {
 }
 
 // What decides the matrix between two cells: the distance in half sides of the smaller, without signs, and by how many
-// levels the source lies deeper.
+// levels the source lies deeper. Packed in one number, to be sorted by.
 struct Between {
-  int levels;
-  std::array<std::int64_t, 3> distance;
-  int reflection;
+  static constexpr int kBits = 19, kOffset = 32;
+  std::uint64_t key = 0;
+  int reflection = 0;
 
-  Between(const Cell& target, const Cell& source) : levels(source.level - target.level), reflection(0) {
+  Between(const Cell& target, const Cell& source) {
     const int deepest = std::max(target.level, source.level);
+    key = static_cast<std::uint64_t>(source.level - target.level + kOffset);
     for (int axis = 0; axis < 3; ++axis) {
       const auto centre = [&](const Cell& cell) {
         return (2 * static_cast<std::int64_t>(cell.corner[axis]) + 1) << (deepest - cell.level);
       };
-      distance[axis] = centre(target) - centre(source);
-      if (distance[axis] < 0) distance[axis] = -distance[axis], reflection |= 1 << axis;
+      const std::int64_t distance = centre(target) - centre(source);
+      if (distance < 0) reflection |= 1 << axis;
+      key = key << kBits | static_cast<std::uint64_t>(std::abs(distance));
     }
   }
-  auto key() const { return std::tie(levels, distance); }
-  bool operator<(const Between& other) const { return key() < other.key(); }
-  bool operator==(const Between& other) const { return key() == other.key(); }
+
+  static int Levels(std::uint64_t key) { return static_cast<int>(key >> 3 * kBits) - kOffset; }
+  static Eigen::Vector3d Distance(std::uint64_t key) {
+    constexpr std::uint64_t kMask = (std::uint64_t{1} << kBits) - 1;
+    return Eigen::Vector3d(static_cast<double>(key >> 2 * kBits & kMask), static_cast<double>(key >> kBits & kMask),
+                           static_cast<double>(key & kMask));
+  }
 };
 
 }  // namespace
@@ -108,58 +115,57 @@ void FarField<Real>::MakeShifts() {
 template <typename Real>
 void FarField<Real>::MakeBatches(const Interactions::Lists& far) {
   const int cells = static_cast<int>(tree_.cells.size());
-  // All the kinds there are, in order; the matrices follow.
-  std::vector<Between> kinds;
-  std::vector<std::vector<std::pair<Between, FarPair>>> groups;
-  const int group_size = std::clamp(cells / 16, 64, 4096);
+  const int group_size = std::clamp(cells / 8, 64, 4096);
   for (int first = 0; first < cells; first += group_size) group_cells_.push_back(first);
   group_cells_.push_back(cells);
-  groups.resize(group_cells_.size() - 1);
-  ParallelFor(static_cast<std::ptrdiff_t>(groups.size()), threads_, 1, [&](std::ptrdiff_t g) {
-    auto& group = groups[g];
+  const auto groups = static_cast<std::ptrdiff_t>(group_cells_.size()) - 1;
+
+  // Pairs of a group by kind, and all the kinds there are.
+  using KeyedPair = std::pair<std::uint64_t, CellPair>;
+  std::vector<std::vector<KeyedPair>> keyed(groups);
+  std::vector<std::vector<std::uint64_t>> kinds_of(groups);
+  ParallelFor(groups, threads_, 1, [&](std::ptrdiff_t g) {
     for (int target = group_cells_[g]; target < group_cells_[g + 1]; ++target) {
       for (std::size_t i = far.begin[target]; i < far.begin[target + 1]; ++i) {
-        const int source = far.source[i];
-        const Between between(tree_.cells[target], tree_.cells[source]);
-        group.push_back({between, {target, source, between.reflection}});
+        const Between between(tree_.cells[target], tree_.cells[far.source[i]]);
+        keyed[g].push_back({between.key, {target, far.source[i], between.reflection}});
       }
     }
-    std::stable_sort(group.begin(), group.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
-  });
-  for (const auto& group : groups) {
-    for (std::size_t i = 0; i < group.size(); ++i) {
-      if (i == 0 || !(group[i].first == group[i - 1].first)) kinds.push_back(group[i].first);
+    std::stable_sort(keyed[g].begin(), keyed[g].end(), [](const KeyedPair& a, const KeyedPair& b) { return a.first < b.first; });
+    for (const auto& [key, pair] : keyed[g]) {
+      if (kinds_of[g].empty() || kinds_of[g].back() != key) kinds_of[g].push_back(key);
     }
-  }
+  });
+  std::vector<std::uint64_t> kinds;
+  for (const auto& some : kinds_of) kinds.insert(kinds.end(), some.begin(), some.end());
   std::sort(kinds.begin(), kinds.end());
   kinds.erase(std::unique(kinds.begin(), kinds.end()), kinds.end());
 
+  pairs_.reserve(far.source.size());
   group_begin_ = {0};
-  for (const auto& group : groups) {
-    for (const auto& [between, pair] : group) {
+  for (auto& group : keyed) {
+    std::uint64_t last = ~std::uint64_t{0};
+    for (const auto& [key, pair] : group) {
       const int place = static_cast<int>(pairs_.size());
-      const bool fresh = batches_.size() == static_cast<std::size_t>(group_begin_.back()) ||
-                         !(kinds[batches_.back().matrix] == between);
-      if (fresh) {
-        const auto found = std::lower_bound(kinds.begin(), kinds.end(), between);
+      if (key != last) {
+        const auto found = std::lower_bound(kinds.begin(), kinds.end(), key);
         batches_.push_back({static_cast<int>(found - kinds.begin()), place, place});
       }
+      last = key;
       pairs_.push_back(pair);
       batches_.back().end = place + 1;
     }
     group_begin_.push_back(static_cast<int>(batches_.size()));
+    group = {};
   }
 
   across_.resize(kinds.size() * matrix_size());
   ParallelFor(static_cast<std::ptrdiff_t>(kinds.size()), threads_, 4, [&](std::ptrdiff_t k) {
-    const Between& between = kinds[k];
+    const int levels = Between::Levels(kinds[k]);
     // The key counts in half sides of the smaller cell, the matrix in those of the target.
-    const double smaller = std::ldexp(1.0, -std::max(0, between.levels));
-    const Eigen::Vector3d distance =
-        smaller * Eigen::Vector3d(static_cast<double>(between.distance[0]), static_cast<double>(between.distance[1]),
-                                  static_cast<double>(between.distance[2]));
+    const Eigen::Vector3d distance = std::ldexp(1.0, -std::max(0, levels)) * Between::Distance(kinds[k]);
     const std::vector<Real> columns =
-        ColumnsOf<Real>(MultipoleToLocalMatrix(distance, std::ldexp(1.0, -between.levels), order_), stride_);
+        ColumnsOf<Real>(MultipoleToLocalMatrix(distance, std::ldexp(1.0, -levels), order_), stride_);
     std::copy(columns.begin(), columns.end(), across_.begin() + k * matrix_size());
   });
 }
@@ -192,7 +198,7 @@ void FarField<Real>::Gather(std::span<const Real> x) {
       const Cell& cell = tree_.cells[first + c];
       Real* const M = &multipoles_[static_cast<std::size_t>(first + c) * stride_];
       for (int child = cell.first_child; child < cell.first_child + cell.child_count; ++child) {
-        loops.translate(up_[Octant(tree_.cells[child])].data(), count_, stride_, 1,
+        loops.translate(up_[Octant(tree_.cells[child])].data(), count_, stride_,
                         &multipoles_[static_cast<std::size_t>(child) * stride_], M);
       }
     });
@@ -201,31 +207,16 @@ void FarField<Real>::Gather(std::span<const Real> x) {
 
 template <typename Real>
 void FarField<Real>::Across() {
-  constexpr int kTogether = 48;
   const Kernels::Loops<Real>& loops = LoopsOf<Real>(kernels_);
+  std::array<const Real*, 8> signs;
+  for (int reflection = 0; reflection < 8; ++reflection) signs[reflection] = signs_[reflection].data();
   ParallelFor(static_cast<std::ptrdiff_t>(group_cells_.size()) - 1, threads_, 1, [&](std::ptrdiff_t group) {
     const std::size_t first_cell = group_cells_[group], last_cell = group_cells_[group + 1];
     std::fill(locals_.begin() + first_cell * stride_, locals_.begin() + last_cell * stride_, Real(0));
-    std::vector<Real> in(kTogether * stride_), out(kTogether * stride_);
     for (int b = group_begin_[group]; b < group_begin_[group + 1]; ++b) {
       const Batch& batch = batches_[b];
-      for (int begin = batch.begin; begin < batch.end; begin += kTogether) {
-        const int together = std::min(kTogether, batch.end - begin);
-        for (int v = 0; v < together; ++v) {
-          const FarPair& pair = pairs_[begin + v];
-          const Real* const M = &multipoles_[static_cast<std::size_t>(pair.source) * stride_];
-          const Real* const signs = signs_[pair.reflection].data();
-          for (int j = 0; j < stride_; ++j) in[v * stride_ + j] = M[j] * signs[j];
-        }
-        std::fill_n(out.begin(), together * stride_, Real(0));
-        loops.translate(&across_[batch.matrix * matrix_size()], count_, stride_, together, in.data(), out.data());
-        for (int v = 0; v < together; ++v) {
-          const FarPair& pair = pairs_[begin + v];
-          Real* const L = &locals_[static_cast<std::size_t>(pair.target) * stride_];
-          const Real* const signs = signs_[pair.reflection].data();
-          for (int j = 0; j < stride_; ++j) L[j] += out[v * stride_ + j] * signs[j];
-        }
-      }
+      loops.translate_pairs(&across_[batch.matrix * matrix_size()], count_, stride_, &pairs_[batch.begin],
+                            batch.end - batch.begin, signs.data(), multipoles_.data(), locals_.data());
     }
     for (std::size_t c = first_cell; c < last_cell; ++c) {
       const Real per_metre = static_cast<Real>(1.0 / tree_.cells[c].half_side);
@@ -241,7 +232,7 @@ void FarField<Real>::Scatter() {
     const int first = tree_.level_begin[level], count = tree_.level_begin[level + 1] - first;
     ParallelFor(count, count < 64 ? 1 : threads_, 32, [&](std::ptrdiff_t c) {
       const Cell& cell = tree_.cells[first + c];
-      loops.translate(down_[Octant(cell)].data(), count_, stride_, 1,
+      loops.translate(down_[Octant(cell)].data(), count_, stride_,
                       &locals_[static_cast<std::size_t>(cell.parent) * stride_],
                       &locals_[static_cast<std::size_t>(first + c) * stride_]);
     });
@@ -260,7 +251,7 @@ template <typename Real>
 std::size_t FarField<Real>::bytes() const {
   const std::size_t reals = 3 * point_x_.size() + 4 * centroid_x_.size() + 16 * up_[0].size() + across_.size() +
                             multipoles_.size() + locals_.size();
-  return reals * sizeof(Real) + pairs_.size() * sizeof(FarPair) + batches_.size() * sizeof(Batch);
+  return reals * sizeof(Real) + pairs_.size() * sizeof(CellPair) + batches_.size() * sizeof(Batch);
 }
 
 template class FarField<float>;

@@ -39,11 +39,6 @@ class FarField {
     int matrix;
     int begin, end;
   };
-  struct FarPair {
-    int target, source;
-    int reflection;
-  };
-
   std::size_t matrix_size() const { return static_cast<std::size_t>(count_) * stride_; }
   void PlacePoints(const TriangleMesh& mesh, const Panels& panels);
   void MakeShifts();
@@ -64,7 +59,7 @@ class FarField {
   std::array<std::vector<Real>, 8> up_, down_;  // by the child's octant
   std::vector<Real> across_;                    // all matrices, one after another
   std::array<std::vector<Real>, 8> signs_;      // by reflection
-  std::vector<FarPair> pairs_;
+  std::vector<CellPair> pairs_;
   std::vector<Batch> batches_;
   std::vector<int> group_begin_;  // batches of a group of targets; groups are served side by side
   std::vector<int> group_cells_;  // cells of group g: from group_cells_[g] to group_cells_[g + 1]

@@ -100,10 +100,12 @@ Eigen::MatrixXd MultipoleToLocalMatrix(const Eigen::Vector3d& distance, double s
   const int count = CoefficientCount(order);
   const HarmonicTable V = Irregular(distance, 2 * order);
   Eigen::MatrixXd K(count, count);
+  std::vector<double> scales(order + 1, 1.0);
+  for (int n = 1; n <= order; ++n) scales[n] = source_scale * scales[n - 1];
   ForEachDegree(order, [&](int k, int l) {
     const double weight = AlternatingSign(k) * (l == 0 ? 1.0 : 2.0);  // -l gives the same again
     ForEachDegree(order, [&](int n, int m) {
-      const double size = weight * std::pow(source_scale, n);
+      const double size = weight * scales[n];
       const Complex plus = size * V(n + k, l + m), minus = size * AlternatingSign(m) * V(n + k, l - m);
       SetRows(K, k, l, CoefficientIndex(n, m, false), m == 0 ? plus : plus + minus);
       if (m > 0) SetRows(K, k, l, CoefficientIndex(n, m, true), Complex(0, 1) * (minus - plus));

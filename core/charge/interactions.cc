@@ -2,6 +2,7 @@
 #include "core/charge/interactions.h"
 
 #include <algorithm>
+#include <cstdlib>
 #include <utility>
 
 namespace geond::charge {
@@ -20,7 +21,8 @@ class Traversal {
     const Cell &A = tree_.cells[target], &B = tree_.cells[source];
     const double reach = A.centroid_radius + B.triangle_radius;
     const bool far_apart = reach * reach < theta_squared_ * (A.centre - B.centre).squaredNorm();
-    if (far_apart && static_cast<std::ptrdiff_t>(A.count()) * B.count() >= least_work_) {
+    const bool levels_fit = std::abs(A.level - B.level) <= kMostLevelsApart;
+    if (far_apart && levels_fit && static_cast<std::ptrdiff_t>(A.count()) * B.count() >= least_work_) {
       far.emplace_back(target, source);
     } else if (A.is_leaf() && B.is_leaf()) {
       near.emplace_back(leaf_of_cell_[target], leaf_of_cell_[source]);

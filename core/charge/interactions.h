@@ -19,8 +19,10 @@ struct Interactions {
   Lists far;   // places among the cells
 };
 
-// A dual traversal of the tree. Two cells are far when centroid_radius + triangle_radius < theta * distance; a far pair
-// with fewer than `least_work` pairs of triangles counts as near all the same, which is cheaper.
+constexpr int kMostLevelsApart = 16;
+
+// A dual traversal of the tree. Two cells are far when centroid_radius + triangle_radius < theta * distance and their levels
+// are no more than kMostLevelsApart apart; a far pair with fewer than `least_work` pairs of triangles counts as near all the same, which is cheaper.
 Interactions FindInteractions(const Tree& tree, double theta, std::ptrdiff_t least_work);
 
 }  // namespace geond::charge

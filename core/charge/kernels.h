@@ -8,6 +8,12 @@
 
 namespace geond::charge {
 
+// Two cells that act on each other from afar, and which of the eight reflections their distance is.
+struct CellPair {
+  int target, source;
+  int reflection;
+};
+
 // The inner loops, compiled once for each instruction set and chosen when the program runs.
 struct Kernels {
   const char* name;
@@ -34,8 +40,13 @@ struct Kernels {
     // out[i] += sum_j U_j(x[i], y[i], z[i]) L[j], n padded.
     void (*add_potential)(int order, int n, const Real* x, const Real* y, const Real* z, const Real* L, Real* out);
 
-    // Y[v] += K X[v] for `vectors` vectors of `stride` numbers, K column-major with `columns` columns of `stride`.
-    void (*translate)(const Real* K, int columns, int stride, int vectors, const Real* X, Real* Y);
+    // Y += K X for vectors of `stride` numbers, K column-major with `columns` columns of `stride`.
+    void (*translate)(const Real* K, int columns, int stride, const Real* X, Real* Y);
+
+    // For each pair, L[target] += S K S M[source] with S the diagonal signs of its reflection; M and L hold a vector of
+    // `stride` numbers for each cell. No two pairs share a target.
+    void (*translate_pairs)(const Real* K, int columns, int stride, const CellPair* pairs, int count,
+                            const Real* const* signs, const Real* M, Real* L);
   };
   Loops<float> single_precision;
   Loops<double> double_precision;

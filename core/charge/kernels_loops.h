@@ -35,7 +35,7 @@ inline void Store(Real* to, Pack pack) {
 // a * b + c, rounded once where the machine can: these loops promise their sums to rounding, not to the bit.
 template <typename Pack, typename Factor>
 inline Pack MultiplyAdd(Pack a, Factor b, Pack c) {
-  const Pack factor = b - Pack{};
+  const Pack factor = b - Pack{};  // a number goes into every lane
 #if defined(__AVX512F__)
   if constexpr (sizeof(a[0]) == sizeof(float)) {
     return _mm512_fmadd_ps(a, factor, c);
@@ -208,12 +208,10 @@ void AddPotential(int order, int n, const Real* x, const Real* y, const Real* z,
   }
 }
 
-// kPacks packs of rows of kVectors results stay in registers while the columns go by.
-template <int kPacks, int kVectors, typename Real>
-inline void TranslateTile(const Real* K, int columns, int stride, const Real* X, Real* Y) {
-  using Pack = typename PackOf<Real>::type;
+// kPacks packs of rows of kVectors results, in registers while the columns go by.
+template <int kPacks, int kVectors, typename Real, typename Pack>
+inline void TranslateTile(const Real* K, int columns, int stride, const Real* X, Pack (&sum)[kVectors][kPacks]) {
   constexpr int kLanes = sizeof(Pack) / sizeof(Real);
-  Pack sum[kVectors][kPacks] = {};
   for (int k = 0; k < columns; ++k) {
     Pack column[kPacks];
     for (int p = 0; p < kPacks; ++p) column[p] = Load<Pack>(K + k * stride + p * kLanes);
@@ -221,65 +219,106 @@ inline void TranslateTile(const Real* K, int columns, int stride, const Real* X,
       for (int p = 0; p < kPacks; ++p) sum[v][p] = MultiplyAdd(column[p], X[v * stride + k], sum[v][p]);
     }
   }
+}
+
+template <int kPacks, typename Real>
+inline void TranslateRows(const Real* K, int columns, int stride, const Real* X, Real* Y) {
+  using Pack = typename PackOf<Real>::type;
+  constexpr int kLanes = sizeof(Pack) / sizeof(Real);
+  Pack even[1][kPacks] = {};
+  TranslateTile<kPacks, 1, Real>(K, columns, stride, X, even);
+  for (int p = 0; p < kPacks; ++p) Store(Y + p * kLanes, Load<Pack>(Y + p * kLanes) + even[0][p]);
+}
+
+template <typename Real>
+void Translate(const Real* K, int columns, int stride, const Real* X, Real* Y) {
+  constexpr int kLanes = kPackBytes / sizeof(Real);
+  int row = 0;
+  for (; row + 4 * kLanes <= stride; row += 4 * kLanes) TranslateRows<4>(K + row, columns, stride, X, Y + row);
+  for (; row < stride; row += kLanes) TranslateRows<1>(K + row, columns, stride, X, Y + row);
+}
+
+// The reflected multipoles of kVectors pairs, side by side; then strips of the results, reflected back and added.
+template <int kVectors, typename Real>
+inline void TranslatePairsTile(const Real* K, int columns, int stride, const CellPair* pairs, const Real* const* signs,
+                               const Real* M, Real* L) {
+  using Pack = typename PackOf<Real>::type;
+  constexpr int kLanes = sizeof(Pack) / sizeof(Real), kWide = kPackBytes == 64 ? 4 : 2;
+  Real X[kVectors * Padded((kHighestOrder + 1) * (kHighestOrder + 1))];
   for (int v = 0; v < kVectors; ++v) {
-    for (int p = 0; p < kPacks; ++p) {
-      Real* const to = Y + v * stride + p * kLanes;
-      Store(to, Load<Pack>(to) + sum[v][p]);
+    const Real* const from = M + static_cast<std::ptrdiff_t>(pairs[v].source) * stride;
+    const Real* const sign = signs[pairs[v].reflection];
+    for (int j = 0; j < stride; j += kLanes) Store(X + v * stride + j, Load<Pack>(from + j) * Load<Pack>(sign + j));
+  }
+  const auto add = [&](int v, int row, Pack value) {
+    Real* const to = L + static_cast<std::ptrdiff_t>(pairs[v].target) * stride + row;
+    Store(to, MultiplyAdd(value, Load<Pack>(signs[pairs[v].reflection] + row), Load<Pack>(to)));
+  };
+  int row = 0;
+  for (; row + kWide * kLanes <= stride; row += kWide * kLanes) {
+    Pack sum[kVectors][kWide] = {};
+    TranslateTile<kWide, kVectors, Real>(K + row, columns, stride, X, sum);
+    for (int v = 0; v < kVectors; ++v) {
+      for (int p = 0; p < kWide; ++p) add(v, row + p * kLanes, sum[v][p]);
     }
+  }
+  for (; row < stride; row += kLanes) {
+    Pack sum[kVectors][1] = {};
+    TranslateTile<1, kVectors, Real>(K + row, columns, stride, X, sum);
+    for (int v = 0; v < kVectors; ++v) add(v, row, sum[v][0]);
   }
 }
 
 template <typename Real>
-void Translate(const Real* K, int columns, int stride, int vectors, const Real* X, Real* Y) {
-  constexpr int kLanes = kPackBytes / sizeof(Real);
-  constexpr int kWide = kPackBytes == 64 ? 4 : 2, kMany = kPackBytes == 64 ? 6 : 5;  // what the registers hold
-  int v = 0;
-  const auto rows = [&]<int kVectors>() {
-    int row = 0;
-    for (; row + kWide * kLanes <= stride; row += kWide * kLanes) {
-      TranslateTile<kWide, kVectors>(K + row, columns, stride, X + v * stride, Y + v * stride + row);
-    }
-    for (; row < stride; row += kLanes) {
-      TranslateTile<1, kVectors>(K + row, columns, stride, X + v * stride, Y + v * stride + row);
-    }
-  };
-  for (; v + kMany <= vectors; v += kMany) rows.template operator()<kMany>();
-  for (; v + 2 <= vectors; v += 2) rows.template operator()<2>();
-  for (; v < vectors; ++v) rows.template operator()<1>();
+void TranslatePairs(const Real* K, int columns, int stride, const CellPair* pairs, int count, const Real* const* signs,
+                    const Real* M, Real* L) {
+  constexpr int kMany = kPackBytes == 64 ? 6 : 5;  // what the registers hold
+  int i = 0;
+  for (; i + kMany <= count; i += kMany) TranslatePairsTile<kMany>(K, columns, stride, pairs + i, signs, M, L);
+  if (i + 4 <= count) TranslatePairsTile<4>(K, columns, stride, pairs + i, signs, M, L), i += 4;
+  if (i + 2 <= count) TranslatePairsTile<2>(K, columns, stride, pairs + i, signs, M, L), i += 2;
+  if (i < count) TranslatePairsTile<1>(K, columns, stride, pairs + i, signs, M, L);
 }
 
 bool InverseRows(float* M, int m, int own, int width, float* rows) {
-  const int halo = m - own;  // rows below have no right-hand side yet
+  const int halo = m - own;  // rows before have no right-hand side yet
+  const auto row = [&](int i) { return M + static_cast<std::ptrdiff_t>(i) * width; };
+  const auto subtract = [](float* to, float factor, const float* what, int begin, int end) {
+    for (int j = begin; j < end; j += kFloats) {
+      Store(to + j, MultiplyAdd(Load<FloatPack>(what + j), -factor, Load<FloatPack>(to + j)));
+    }
+  };
   for (int k = 0; k < m; ++k) {
-    const float* const pivot_row = M + static_cast<std::ptrdiff_t>(k) * width;
-    const float pivot = pivot_row[k];
+    const float pivot = row(k)[k];
     if (!(std::fabs(pivot) > 1e-30f)) return false;
-    const int from = (k + 1) / kFloats * kFloats, to = k < halo ? m : m + own;
+    const float inverse = 1.0f / pivot;
+    row(k)[k] = inverse;
+    const int begin = (k + 1) / kFloats * kFloats, end = k < halo ? m : m + own;
     for (int i = k + 1; i < m; ++i) {
-      float* const row = M + static_cast<std::ptrdiff_t>(i) * width;
-      const float factor = -row[k] / pivot;
-      for (int j = from; j < to; j += kFloats) {
-        Store(row + j, MultiplyAdd(Load<FloatPack>(pivot_row + j), factor, Load<FloatPack>(row + j)));
-      }
+      const float factor = row(i)[k] * inverse;
+      subtract(row(i), factor, row(k), begin, end);
+      row(i)[k] = factor;
     }
   }
+  // The right-hand sides stand behind the matrix, from a whole pack on.
+  const int begin = m / kFloats * kFloats;
   for (int k = m - 1; k >= 0; --k) {
-    float* const row = M + static_cast<std::ptrdiff_t>(k) * width;
-    float* const result = rows + static_cast<std::ptrdiff_t>(k) * own;
-    for (int a = 0; a < own; ++a) result[a] = row[m + a];
+    float kept[kFloats];  // of this row before the right-hand sides
+    std::memcpy(kept, row(k) + begin, sizeof kept);
+    const float inverse = row(k)[k];
     for (int j = k + 1; j < m; ++j) {
-      const float factor = row[j];
-      const float* const known = rows + static_cast<std::ptrdiff_t>(j) * own;
-      for (int a = 0; a < own; ++a) result[a] -= factor * known[a];
+      const float factor = j < begin ? row(k)[j] : kept[j - begin];
+      subtract(row(k), factor, row(j), begin, m + own);
     }
-    for (int a = 0; a < own; ++a) result[a] /= row[k];
+    for (int a = 0; a < own; ++a) rows[static_cast<std::ptrdiff_t>(k) * own + a] = row(k)[m + a] *= inverse;
   }
   return true;
 }
 
 template <typename Real>
 constexpr Kernels::Loops<Real> MakeLoops() {
-  return {Multiply<Real>, PointPotential<Real>, AddMultipole<Real>, AddPotential<Real>, Translate<Real>};
+  return {Multiply<Real>, PointPotential<Real>, AddMultipole<Real>, AddPotential<Real>, Translate<Real>,
+          TranslatePairs<Real>};
 }
 
 }  // namespace

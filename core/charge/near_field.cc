@@ -13,24 +13,119 @@
 namespace geond::charge {
 namespace {
 
-// The points of one leaf in two forms: as they are, for the exact integral, and seen from the leaf's centre in Real for the
-// quadratures, padded.
+// All centroids, leaf by leaf, each leaf padded: as they are for the exact integral, and in Real, seen from the leaf's
+// centre, for the quadratures.
 template <typename Real>
 struct LeafPoints {
+  std::vector<std::size_t> begin;  // of each leaf
   std::vector<double> x, y, z;
   std::vector<Real> from_centre_x, from_centre_y, from_centre_z;
 
-  LeafPoints(const Cell& leaf, const Tree& tree, const Panels& panels) {
-    const int padded = Padded(leaf.count());
-    from_centre_x.assign(padded, 0), from_centre_y.assign(padded, 0), from_centre_z.assign(padded, 0);
-    for (int i = 0; i < leaf.count(); ++i) {
-      const int t = tree.order[leaf.begin + i];
-      x.push_back(panels.x[t]), y.push_back(panels.y[t]), z.push_back(panels.z[t]);
-      from_centre_x[i] = static_cast<Real>(panels.x[t] - leaf.centre.x());
-      from_centre_y[i] = static_cast<Real>(panels.y[t] - leaf.centre.y());
-      from_centre_z[i] = static_cast<Real>(panels.z[t] - leaf.centre.z());
+  LeafPoints(const Tree& tree, const Panels& panels) {
+    std::size_t total = 0;
+    for (int leaf : tree.leaves) {
+      begin.push_back(total);
+      total += Padded(tree.cells[leaf].count());
+    }
+    for (auto* values : {&x, &y, &z}) values->assign(total, 0.0);
+    for (auto* values : {&from_centre_x, &from_centre_y, &from_centre_z}) values->assign(total, Real(0));
+    for (std::size_t l = 0; l < tree.leaves.size(); ++l) {
+      const Cell& leaf = tree.cells[tree.leaves[l]];
+      for (int i = 0; i < leaf.count(); ++i) {
+        const int t = tree.order[leaf.begin + i];
+        const std::size_t at = begin[l] + i;
+        x[at] = panels.x[t], y[at] = panels.y[t], z[at] = panels.z[t];
+        from_centre_x[at] = static_cast<Real>(x[at] - leaf.centre.x());
+        from_centre_y[at] = static_cast<Real>(y[at] - leaf.centre.y());
+        from_centre_z[at] = static_cast<Real>(z[at] - leaf.centre.z());
+      }
     }
   }
+};
+
+// A source triangle, ready for every leaf near it.
+template <typename Real>
+struct SourceTriangle {
+  TriangleFrame frame;
+  Eigen::Vector3d centroid;
+  double diameter;
+  TrianglePoints<Real, 7> seven, three;  // seen from the source leaf's centre
+};
+
+// Fills the columns of one source leaf's triangles in the rows of the leaves near it. Kept between leaves for its memory.
+template <typename Real>
+class ColumnFiller {
+ public:
+  ColumnFiller(const LeafPoints<Real>& points, const NearRule& rule, const Kernels& kernels)
+      : points_(points), rule_(rule), kernels_(kernels) {}
+
+  void SetSource(const TriangleMesh& mesh, const Panels& panels, const Tree& tree, const Cell& source) {
+    centre_ = source.centre;
+    sources_.clear();
+    for (int i = source.begin; i < source.end; ++i) {
+      const int t = tree.order[i];
+      sources_.push_back({FrameOf(mesh, t), Eigen::Vector3d(panels.x[t], panels.y[t], panels.z[t]), panels.diameter[t],
+                          TrianglePoints<Real, 7>(kSevenPoints, mesh, t, centre_, panels.area[t]),
+                          TrianglePoints<Real, 7>(kThreePoints, mesh, t, centre_, panels.area[t])});
+    }
+  }
+
+  void Fill(std::size_t leaf_place, const Cell& leaf, Real* values) {
+    const int rows = leaf.count(), padded = Padded(rows);
+    const std::size_t first = points_.begin[leaf_place];
+    const Eigen::Vector3d apart = centre_ - leaf.centre;
+    const Eigen::Matrix<Real, 3, 1> shift = apart.template cast<Real>();
+    last_.resize(padded);
+    Real* const end = values + sources_.size() * rows;
+    for (const SourceTriangle<Real>& source : sources_) {
+      // A padded column runs over into the next ones, which come after; but not into the block behind.
+      const bool is_last = values + padded > end;
+      const double nearest = (source.centroid - leaf.centre).norm() - leaf.centroid_radius;
+      const bool some_exact = nearest < rule_.exact_within * source.diameter;
+      const int exact = some_exact ? FindExact(first, rows, source) : 0;
+      if (exact < rows) {
+        const auto& rule = nearest < rule_.seven_points_within * source.diameter ? source.seven : source.three;
+        Real x[7], y[7], z[7];
+        for (int g = 0; g < rule.count; ++g) {
+          x[g] = rule.x[g] + shift.x(), y[g] = rule.y[g] + shift.y(), z[g] = rule.z[g] + shift.z();
+        }
+        LoopsOf<Real>(kernels_).point_potential(padded, &points_.from_centre_x[first], &points_.from_centre_y[first],
+                                                &points_.from_centre_z[first], rule.count, x, y, z, rule.weight,
+                                                is_last ? last_.data() : values);
+        if (is_last) std::memcpy(values, last_.data(), rows * sizeof(Real));
+      }
+      if (exact > 0) {
+        integral_.resize(exact);
+        kernels_.triangle_potential(source.frame, x_.data(), y_.data(), z_.data(), exact, integral_.data());
+        for (int e = 0; e < exact; ++e) values[which_[e]] = static_cast<Real>(integral_[e]);
+      }
+      values += rows;
+    }
+  }
+
+ private:
+  // Lists the points too near for a quadrature, and counts them.
+  int FindExact(std::size_t first, int rows, const SourceTriangle<Real>& source) {
+    const double reach = rule_.exact_within * source.diameter;
+    x_.resize(rows), y_.resize(rows), z_.resize(rows), which_.resize(rows);
+    int count = 0;
+    for (int i = 0; i < rows; ++i) {
+      const double x = points_.x[first + i], y = points_.y[first + i], z = points_.z[first + i];
+      const double dx = x - source.centroid.x(), dy = y - source.centroid.y(), dz = z - source.centroid.z();
+      x_[count] = x, y_[count] = y, z_[count] = z, which_[count] = i;
+      count += dx * dx + dy * dy + dz * dz < reach * reach;
+    }
+    return count;
+  }
+
+  const LeafPoints<Real>& points_;
+  const NearRule& rule_;
+  const Kernels& kernels_;
+  Eigen::Vector3d centre_;
+  std::vector<SourceTriangle<Real>> sources_;
+  std::vector<Real> last_;
+  std::vector<double> x_, y_, z_, integral_;
+  std::vector<int> which_;
 };
 
 }  // namespace
@@ -61,60 +156,19 @@ NearField<Real>::NearField(const TriangleMesh& mesh, const Panels& panels, const
       by_source[next[near.source[pair]]++] = {static_cast<int>(target), pair};
     }
   }
-  ParallelFor(static_cast<std::ptrdiff_t>(leaves), threads, 8, [&](std::ptrdiff_t source) {
-    const std::span all(by_source);
-    FillColumns(static_cast<int>(source), mesh, panels, rule, all.subspan(begin[source], begin[source + 1] - begin[source]));
-  });
-}
-
-template <typename Real>
-void NearField<Real>::FillColumns(int source, const TriangleMesh& mesh, const Panels& panels, const NearRule& rule,
-                                  std::span<const std::pair<int, std::size_t>> targets) {
-  const Cell& cell = tree_.cells[tree_.leaves[source]];
-  const Kernels::Loops<Real>& loops = LoopsOf<Real>(kernels_);
-  std::vector<TriangleFrame> frames(cell.count());
-  for (int k = 0; k < cell.count(); ++k) frames[k] = FrameOf(mesh, tree_.order[cell.begin + k]);
-
-  std::vector<Real> column;
-  std::vector<double> x, y, z, exact;  // of the points that need the exact integral
-  std::vector<int> which;
-  for (const auto& [target, pair] : targets) {
-    const Cell& leaf = tree_.cells[tree_.leaves[target]];
-    const LeafPoints<Real> points(leaf, tree_, panels);
-    const int rows = leaf.count();
-    column.resize(Padded(rows));
-    for (int k = 0; k < cell.count(); ++k) {
-      const int t = tree_.order[cell.begin + k];
-      const Eigen::Vector3d centroid(panels.x[t], panels.y[t], panels.z[t]);
-      const double diameter = panels.diameter[t], exact_reach = rule.exact_within * diameter;
-      const double nearest = (centroid - leaf.centre).norm() - leaf.centroid_radius;
-      Real* const values = &values_[block_begin_[pair] + static_cast<std::size_t>(k) * rows];
-      which.clear();
-      if (nearest < exact_reach) {
-        x.clear(), y.clear(), z.clear();
-        for (int i = 0; i < rows; ++i) {
-          const double dx = points.x[i] - centroid.x(), dy = points.y[i] - centroid.y(), dz = points.z[i] - centroid.z();
-          if (dx * dx + dy * dy + dz * dz >= exact_reach * exact_reach) continue;
-          which.push_back(i);
-          x.push_back(points.x[i]), y.push_back(points.y[i]), z.push_back(points.z[i]);
-        }
-        exact.resize(which.size());
-        if (!which.empty()) {
-          kernels_.triangle_potential(frames[k], x.data(), y.data(), z.data(), static_cast<int>(which.size()), exact.data());
-        }
+  constexpr std::ptrdiff_t kSources = 16;  // source leaves to a task
+  const LeafPoints<Real> points(tree, panels);
+  ParallelFor((static_cast<std::ptrdiff_t>(leaves) + kSources - 1) / kSources, threads, 1, [&](std::ptrdiff_t task) {
+    ColumnFiller<Real> filler(points, rule, kernels);
+    const std::size_t end = std::min<std::size_t>(leaves, (task + 1) * kSources);
+    for (std::size_t source = task * kSources; source < end; ++source) {
+      filler.SetSource(mesh, panels, tree, tree.cells[tree.leaves[source]]);
+      for (std::size_t i = begin[source]; i < begin[source + 1]; ++i) {
+        const auto& [target, pair] = by_source[i];
+        filler.Fill(target, tree.cells[tree.leaves[target]], &values_[block_begin_[pair]]);
       }
-      if (static_cast<int>(which.size()) < rows) {
-        const bool seven = nearest < rule.seven_points_within * diameter;
-        const auto quadrature = seven ? TrianglePoints<Real, 7>(kSevenPoints, mesh, t, leaf.centre, panels.area[t])
-                                      : TrianglePoints<Real, 7>(kThreePoints, mesh, t, leaf.centre, panels.area[t]);
-        loops.point_potential(static_cast<int>(column.size()), points.from_centre_x.data(), points.from_centre_y.data(),
-                              points.from_centre_z.data(), quadrature.count, quadrature.x, quadrature.y, quadrature.z,
-                              quadrature.weight, column.data());
-        std::memcpy(values, column.data(), rows * sizeof(Real));
-      }
-      for (std::size_t e = 0; e < which.size(); ++e) values[which[e]] = static_cast<Real>(exact[e]);
     }
-  }
+  });
 }
 
 template <typename Real>

@@ -15,8 +15,8 @@ namespace geond::charge {
 // How the integral over a near triangle is taken, by the distance of its centroid in its diameters: exactly, then by seven
 // points, then by three.
 struct NearRule {
-  double exact_within = 1.5;
-  double seven_points_within = 4.0;
+  double exact_within = 1.2;
+  double seven_points_within = 3.0;
 };
 
 // The matrix of the near pairs, held: for each leaf the columns of all its near triangles, one after another without gaps.
@@ -36,9 +36,6 @@ class NearField {
   std::size_t bytes() const { return value_count_ * sizeof(Real) + block_begin_.size() * sizeof(std::size_t); }
 
  private:
-  void FillColumns(int source, const TriangleMesh& mesh, const Panels& panels, const NearRule& rule,
-                   std::span<const std::pair<int, std::size_t>> targets);
-
   const Tree& tree_;
   const Interactions::Lists& near_;
   const Kernels& kernels_;

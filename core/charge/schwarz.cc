@@ -91,11 +91,12 @@ SchwarzInverse::SchwarzInverse(const Panels& panels, const Tree& tree, const Int
         const Real* const block = matrix.Block(target.leaf, source.leaf);
         for (int k = source.begin; k < source.end; ++k) {
           float* const column = &M[static_cast<std::size_t>(k) * width];  // of A, a row of its transpose
-          for (int i = target.begin; i < target.end; ++i) {
-            if (block) {
-              const auto at = static_cast<std::size_t>(local[k] - source_cell.begin) * target_cell.count();
-              column[i] = static_cast<float>(block[at + local[i] - target_cell.begin]);
-            } else {
+          if (block) {
+            const auto at = static_cast<std::ptrdiff_t>(local[k] - source_cell.begin) * target_cell.count();
+            const Real* const from = block + at - target_cell.begin;
+            for (int i = target.begin; i < target.end; ++i) column[i] = static_cast<float>(from[local[i]]);
+          } else {
+            for (int i = target.begin; i < target.end; ++i) {
               const int a = tree.order[local[i]], b = tree.order[local[k]];
               column[i] = static_cast<float>(
                   panels.area[b] /

@@ -106,12 +106,22 @@ TEST(Kernels, MultiplyTranslateAndInvertAlikeInEveryInstructionSet) {
       for (int k = 0; k < kColumns; ++k) expected += A[k * kRows + i] * x[k];
       EXPECT_NEAR(y[i], expected, 1e-13) << kernels->name;
     }
-    kernels->double_precision.translate(K.data(), kColumns, kStride, kVectors, X.data(), Y.data());
+    std::vector<CellPair> pairs;
+    std::vector<double> plus(kStride, 1.0), minus(kStride, -1.0);
+    minus[3] = 1.0;
+    const double* const signs[8] = {plus.data(), minus.data()};
+    for (int v = 0; v < kVectors; ++v) pairs.push_back({(v + 4) % kVectors, v, v % 2});
+    kernels->double_precision.translate_pairs(K.data(), kColumns, kStride, pairs.data(), kVectors, signs, X.data(), Y.data());
+    kernels->double_precision.translate(K.data(), kColumns, kStride, X.data(), Y.data());
     for (int v = 0; v < kVectors; ++v) {
+      const int target = (v + 4) % kVectors;
       for (int i = 0; i < kStride; ++i) {
         double expected = 0.25;
-        for (int k = 0; k < kColumns; ++k) expected += K[k * kStride + i] * X[v * kStride + k];
-        EXPECT_NEAR(Y[v * kStride + i], expected, 1e-13) << kernels->name;
+        for (int k = 0; k < kColumns; ++k) {
+          expected += signs[v % 2][i] * K[k * kStride + i] * signs[v % 2][k] * X[v * kStride + k];
+          if (target == 0) expected += K[k * kStride + i] * X[k];
+        }
+        EXPECT_NEAR(Y[target * kStride + i], expected, 1e-13) << kernels->name;
       }
     }
     const int width = Padded(kLocal + kOwn);
