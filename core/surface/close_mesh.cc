@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <optional>
 #include <set>
 #include <stdexcept>
 #include <string>
@@ -78,6 +80,49 @@ void TurnAlike(TriangleMesh& mesh) {
   }
 }
 
+// One way to close: voxels of this size; `thicken`: sheets get walls of twice that much.
+struct Attempt {
+  double voxel;
+  double thicken;
+};
+
+struct Closed {
+  TriangleMesh mesh;
+  SignedGrid grid;
+  double lost = 1.0;  // share of the input's area that the result misses by far
+};
+
+Closed Close(const TriangleMesh& mesh, const TriangleTree& tree, const WindingNumber& winding, const Eigen::AlignedBox3d& box,
+             const Attempt& attempt, int threads, const std::stop_token& stop) {
+  const double voxel = attempt.voxel, reach = 2.0 * voxel;
+  const auto value = [&](const Eigen::Vector3d& p, const std::function<double()>& w) -> std::optional<double> {
+    const TriangleTree::Hit hit = tree.Nearest(p, reach);
+    if (hit.triangle < 0) return std::nullopt;
+    const double distance = std::sqrt(hit.squared_distance);
+    const double turned = std::clamp(1.0 - 2.0 * w(), -1.0, 1.0) * distance;
+    return attempt.thicken > 0.0 ? std::min(turned, distance - attempt.thicken) : turned;
+  };
+  const auto distance = [&](const Eigen::Vector3d& p, double limit) { return std::sqrt(tree.Nearest(p, limit).squared_distance); };
+  const Eigen::AlignedBox3d bounds(box.min().array() - 3 * voxel, box.max().array() + 3 * voxel);
+  Closed closed;
+  closed.grid = WindingField(SignedGrid(bounds, voxel, 0.0f), winding, {distance, value, reach}, threads, stop);
+  closed.mesh = LargeComponents(MarchingTetrahedra(closed.grid));
+  if (closed.mesh.empty()) return closed;
+  const TriangleTree result(closed.mesh.vertices, closed.mesh.triangles);
+  double lost = 0.0, total = 0.0;
+  for (int t = 0; t < static_cast<int>(mesh.triangles.size()); ++t) {
+    const double area = TriangleAreaVector(mesh, t).norm();
+    const Eigen::Vector3d center = TriangleCentroid(mesh, t);
+    total += area;
+    if (result.Nearest(center, 1.5 * voxel + attempt.thicken).triangle >= 0) continue;
+    // What has the solid on both sides is no surface of it.
+    const Eigen::Vector3d ahead = center + 0.5 * voxel * TriangleAreaVector(mesh, t).stableNormalized();
+    if (winding.At(ahead) < 0.6) lost += area;
+  }
+  closed.lost = total > 0.0 ? lost / total : 1.0;
+  return closed;
+}
+
 }  // namespace
 
 TriangleMesh CloseMesh(const TriangleMesh& input, const TessellateOptions& options, std::stop_token stop) {
@@ -95,21 +140,33 @@ TriangleMesh CloseMesh(const TriangleMesh& input, const TessellateOptions& optio
   const double voxel = options.voxel_size > 0.0 ? options.voxel_size : VoxelSize(box.diagonal().norm() / 400.0, box, options);
   const TriangleTree tree(mesh.vertices, mesh.triangles);
   const WindingNumber winding(mesh);
-  const auto distance = [&](const Eigen::Vector3d& p, double limit) { return std::sqrt(tree.Nearest(p, limit).squared_distance); };
-  const double reach = 2.0 * voxel;
-  const FieldSource source{distance, [&](const Eigen::Vector3d& p, double w) { return std::clamp(1.0 - 2.0 * w, -1.0, 1.0) * distance(p, reach); }};
-  const Eigen::AlignedBox3d bounds(box.min().array() - 2 * voxel, box.max().array() + 2 * voxel);
-  const SignedGrid grid = WindingField(SignedGrid(bounds, voxel, 0.0f), winding, source, reach, options.threads, stop);
-
-  const TriangleMesh raw = LargeComponents(MarchingTetrahedra(grid));
-  if (raw.empty()) {
+  // Walls thinner than the voxels fall to pieces: then smaller voxels, and last of all thicker walls.
+  Closed best;
+  Attempt attempt{voxel, 0.0};
+  int best_genus = 0;
+  for (const Attempt& next : {Attempt{voxel, 0.0}, Attempt{voxel / 1.6, 0.0}, Attempt{voxel / 1.6, 0.55 * voxel}}) {
+    Closed closed = Close(mesh, tree, winding, box, next, options.threads, stop);
+    if (closed.mesh.empty()) continue;
+    const int genus = Topology(closed.mesh).genus;
+    const auto badness = [](const Closed& c, int g) { return c.lost + 0.01 * g; };
+    if (best.mesh.empty() || badness(closed, genus) < badness(best, best_genus) - 0.02) {
+      best = std::move(closed);
+      best_genus = genus;
+      attempt = next;
+    }
+    if (best.lost < 0.02 && best_genus <= 3) break;
+  }
+  if (best.mesh.empty() || best.lost > 0.3) {
     throw std::invalid_argument("the mesh encloses nothing: its triangles bound no volume that could be closed");
   }
+  const SignedGrid& grid = best.grid;
+  const TriangleMesh& raw = best.mesh;
   const SurfaceProjection on_field = FieldProjection(grid, false);
   const auto project = [&](const Eigen::Vector3d& p, const Eigen::Vector3d& normal) -> Eigen::Vector3d {
-    const TriangleTree::Hit hit = tree.Nearest(p, 1.5 * voxel);
+    if (attempt.thicken > 0.0) return on_field(p, normal);
+    const TriangleTree::Hit hit = tree.Nearest(p, 1.5 * attempt.voxel);
     // Where the field's level and the triangles part, one stands inside the solid or there is a hole.
-    if (hit.triangle < 0 || std::abs(grid.Sample(hit.point)) > 0.75 * voxel) return on_field(p, normal);
+    if (hit.triangle < 0 || std::abs(grid.Sample(hit.point)) > 0.75 * attempt.voxel) return on_field(p, normal);
     return hit.point;
   };
   TriangleMesh result = RemeshOnto(raw, project,

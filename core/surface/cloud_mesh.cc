@@ -2,8 +2,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <map>
+#include <functional>
 #include <numbers>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <tuple>
@@ -111,23 +112,23 @@ TriangleMesh TessellateCloud(const PointCloud& input, const TessellateOptions& o
   const WindingNumber winding(cloud.points, areas);
   // Mean distance to the planes of the points around p (an implicit least-squares surface, Kolluri 2005).
   const double width = std::max(voxel, 0.6 * Quantile(reaches, 0.5));
-  const auto signed_distance = [&](const Eigen::Vector3d& p, double) {
+  const double reach = 1.5 * width;
+  const auto signed_distance = [&](const Eigen::Vector3d& p, const std::function<double()>&) -> std::optional<double> {
+    const PointIndex::Neighbors near = index.Within(p, 2.5 * width);
+    if (near.empty() || near[0].second > reach * reach) return std::nullopt;
     double weighted = 0.0, weights = 0.0;
-    for (const auto& [i, squared] : index.Within(p, 2.5 * width)) {
+    for (const auto& [i, squared] : near) {
       const double w = std::exp(-squared / (width * width));
       weighted += w * cloud.normals[i].dot(p - cloud.points[i]);
       weights += w;
     }
-    return weights > 0.0 ? weighted / weights : 0.0;
+    return weighted / weights;
   };
-  const FieldSource source{[&](const Eigen::Vector3d& p, double limit) {
-                             return std::min(limit, std::sqrt(index.Nearest(p, 1)[0].second));
-                           },
-                           signed_distance};
-  const double reach = 1.5 * width;
+  const auto distance = [&](const Eigen::Vector3d& p, double limit) { return std::min(limit, std::sqrt(index.Nearest(p, 1)[0].second)); };
   const double margin = 3.0 * voxel;
   const Eigen::AlignedBox3d bounds(box.min().array() - margin, box.max().array() + margin);
-  const SignedGrid grid = WindingField(SignedGrid(bounds, voxel, 0.0f), winding, source, reach, options.threads, stop);
+  const SignedGrid grid = WindingField(SignedGrid(bounds, voxel, 0.0f), winding,
+                                       {distance, signed_distance, reach}, options.threads, stop);
   const TriangleMesh raw = LargeComponents(MarchingTetrahedra(grid));
   if (raw.empty()) throw std::invalid_argument("the cloud encloses nothing: its points lie on no surface that goes round");
   TriangleMesh mesh = RemeshOnto(raw, FieldProjection(grid, false),

@@ -16,6 +16,8 @@
 namespace geond {
 namespace {
 
+constexpr double kSliver = 0.42;  // rad: triangles with a smaller angle are taken out where that can be
+
 // The side of the even triangles of which `triangles` cover `area`.
 double EvenEdge(double area, int triangles) {
   return std::sqrt(4.0 * area / (std::numbers::sqrt3 * triangles));
@@ -39,6 +41,7 @@ TriangleMesh Run(Remesher& remesher, const RemeshOptions& options, const Surface
   for (int i = 0; i < 3; ++i) {
     ThrowIfStopped(stop);
     remesher.FlipToAngle();
+    remesher.CollapseSlivers(kSliver);
     remesher.Relax(on_surface, on_crease);
   }
   remesher.FlipToAngle();
@@ -68,6 +71,19 @@ TriangleMesh RemeshOnto(const TriangleMesh& mesh, const SurfaceProjection& proje
   CheckOptions(options);
   Remesher remesher(HalfEdgeMesh(mesh), WantedEdge(mesh, options), options.threads);
   return Run(remesher, options, project, project, stop);
+}
+
+TriangleMesh RelaxOnto(const TriangleMesh& mesh, const SurfaceProjection& project, int rounds, int threads,
+                       std::stop_token stop) {
+  Remesher remesher(HalfEdgeMesh(mesh), MeanEdgeLength(mesh), threads);
+  for (int i = 0; i < rounds; ++i) {
+    ThrowIfStopped(stop);
+    remesher.FlipToAngle();
+    remesher.CollapseSlivers(kSliver);
+    remesher.Relax(project, project);
+  }
+  remesher.FlipToAngle();
+  return remesher.mesh().ToMesh();
 }
 
 TriangleMesh Remesh(const TriangleMesh& mesh, const RemeshOptions& options, std::stop_token stop) {

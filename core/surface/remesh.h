@@ -28,4 +28,8 @@ using SurfaceProjection = std::function<Eigen::Vector3d(const Eigen::Vector3d& p
 TriangleMesh RemeshOnto(const TriangleMesh& mesh, const SurfaceProjection& project, const RemeshOptions& options,
                         std::stop_token stop = {});
 
+// Turns edges for larger angles and relaxes along the surface some more, with the number of triangles as it is.
+TriangleMesh RelaxOnto(const TriangleMesh& mesh, const SurfaceProjection& project, int rounds, int threads,
+                       std::stop_token stop = {});
+
 }  // namespace geond

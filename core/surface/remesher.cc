@@ -87,10 +87,10 @@ void Remesher::SplitLongEdges() {
   }
 }
 
-bool Remesher::TryCollapse(int h, bool merge_creases) {
+bool Remesher::TryCollapse(int h, bool merge_creases, double longest) {
   const int a = mesh_.origin[h], b = mesh_.target(h), g = mesh_.twin[h];
   const double squared_length = mesh_.SquaredLength(h);
-  if (squared_length > kShort * kShort * edge_length_ * edge_length_) return false;
+  if (squared_length > longest * longest) return false;
   const bool merge = merge_creases && squared_length < kMerge * kMerge * edge_length_ * edge_length_;
   const int creases_a = CreaseEdges(a), creases_b = CreaseEdges(b);
   if (!merge) {
@@ -105,11 +105,11 @@ bool Remesher::TryCollapse(int h, bool merge_creases) {
   const Eigen::Vector3d& from = mesh_.points[a];
   const Eigen::Vector3d& to = mesh_.points[b];
   const Eigen::Vector3d position = free_a && free_b ? Eigen::Vector3d(0.5 * (from + to)) : to;
-  const double limit = kLong * kLong * edge_length_ * edge_length_;
+  const double limit = (longest > kShort * edge_length_ ? 1.7 : kLong) * edge_length_;
   bool too_long = false;
   for (int v : {a, b}) {
     mesh_.ForEachOutgoing(v, [&](int e) {
-      too_long |= (mesh_.points[mesh_.target(e)] - position).squaredNorm() > limit &&
+      too_long |= (mesh_.points[mesh_.target(e)] - position).squaredNorm() > limit * limit &&
                   mesh_.target(e) != a && mesh_.target(e) != b;
     });
   }
@@ -120,11 +120,26 @@ bool Remesher::TryCollapse(int h, bool merge_creases) {
   return true;
 }
 
+void Remesher::CollapseSlivers(double angle) {
+  const double sine = std::sin(angle);
+  for (int h = 0; h < mesh_.n_half_edges(); h += 3) {
+    if (!mesh_.alive(h) || SmallestAngle(mesh_.points[mesh_.origin[h]], mesh_.points[mesh_.origin[h + 1]],
+                                         mesh_.points[mesh_.origin[h + 2]]) > sine) {
+      continue;
+    }
+    int shortest = h;
+    for (int e : {h + 1, h + 2}) {
+      if (mesh_.SquaredLength(e) < mesh_.SquaredLength(shortest)) shortest = e;
+    }
+    if (!TryCollapse(shortest, true, 0.9 * edge_length_)) TryCollapse(mesh_.twin[shortest], true, 0.9 * edge_length_);
+  }
+}
+
 void Remesher::CollapseShortEdges(bool merge_creases) {
   for (int pass = 0; pass < 6; ++pass) {
     int n = 0;
     for (int h = 0; h < mesh_.n_half_edges(); ++h) {
-      if (mesh_.alive(h)) n += TryCollapse(h, merge_creases);
+      if (mesh_.alive(h)) n += TryCollapse(h, merge_creases, kShort * edge_length_);
     }
     if (n < 1 + CountTriangles() / 200) return;
   }

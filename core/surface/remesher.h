@@ -25,6 +25,8 @@ class Remesher {
   void SplitLongEdges();
   // `merge_creases`: edges under 0.4 of the wanted length go even where that joins two creases.
   void CollapseShortEdges(bool merge_creases);
+  // Takes out triangles with an angle of less than `angle` (rad) by collapsing their shortest side, whatever its length.
+  void CollapseSlivers(double angle);
   void FlipToValence();
   // Flips that make the smallest angle of the two triangles larger.
   void FlipToAngle();
@@ -37,7 +39,7 @@ class Remesher {
   bool TurnsOver(int v, const Eigen::Vector3d& to, int ignore_h) const;
   bool FlipKeepsShape(int h) const;
   double SmallestAngle(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) const;
-  bool TryCollapse(int h, bool merge_creases);
+  bool TryCollapse(int h, bool merge_creases, double longest);
 
   HalfEdgeMesh mesh_;
   std::vector<std::uint8_t> fixed_;

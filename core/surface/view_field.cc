@@ -18,7 +18,27 @@ struct Verdict {
   double cosine = 0.0;    // of their incidence
 };
 
-Verdict Judge(const RangeView& view, const Eigen::Vector3d& p_S, double truncation) {
+// Pixels that look past the object: table or background, but not lone ones among pixels of the object, which are no gap in
+// it but a false return.
+std::vector<std::uint8_t> FreePixels(const RangeView& view) {
+  std::vector<std::uint8_t> free(view.classes.size(), 0);
+  const auto looks_past = [&](int column, int row) {
+    if (!view.image.contains(column, row)) return true;
+    const PixelClass c = view.classes[view.image.index(column, row)];
+    return c == PixelClass::kTable || c == PixelClass::kBackground;
+  };
+  for (int row = 0; row < view.image.rows; ++row) {
+    for (int column = 0; column < view.image.columns; ++column) {
+      if (!looks_past(column, row)) continue;
+      int alike = -1;
+      for (int k = 0; k < 9; ++k) alike += looks_past(column + k % 3 - 1, row + k / 3 - 1);
+      free[view.image.index(column, row)] = alike >= 3;
+    }
+  }
+  return free;
+}
+
+Verdict Judge(const RangeView& view, const std::vector<std::uint8_t>& free_pixels, const Eigen::Vector3d& p_S, double truncation) {
   Verdict verdict;
   const auto at = Project(view.sensor, p_S);
   if (!at || !(at->x() > -1.0 && at->y() > -1.0 && at->x() < view.image.columns && at->y() < view.image.rows)) return verdict;
@@ -35,10 +55,10 @@ Verdict Judge(const RangeView& view, const Eigen::Vector3d& p_S, double truncati
       case PixelClass::kNothing:
         break;
       case PixelClass::kTable:
-        if (has_depth && p_S.z() < depth) verdict.free += share;
+        if (free_pixels[pixel] && has_depth && p_S.z() < depth) verdict.free += share;
         break;
       case PixelClass::kBackground:
-        if (!has_depth || p_S.z() < depth) verdict.free += share;
+        if (free_pixels[pixel] && (!has_depth || p_S.z() < depth)) verdict.free += share;
         break;
       case PixelClass::kRejected:
         if (has_depth && p_S.z() < depth - 4.0 * truncation) verdict.free += share;
@@ -78,7 +98,11 @@ ViewField FuseViews(std::span<const RangeView> views, SignedGrid grid, double tr
   SignedGrid& distance = field.distance;
   field.state.assign(distance.count(), NodeState::kUnknown);
   std::vector<Pose> X_ST;
-  for (const RangeView& view : views) X_ST.push_back(Inverse(view.X_TS));
+  std::vector<std::vector<std::uint8_t>> free_pixels;
+  for (const RangeView& view : views) {
+    X_ST.push_back(Inverse(view.X_TS));
+    free_pixels.push_back(FreePixels(view));
+  }
 
   ParallelFor(static_cast<std::ptrdiff_t>(distance.size[1]) * distance.size[2], threads, 8, [&](std::ptrdiff_t line) {
     ThrowIfStopped(stop);
@@ -86,12 +110,11 @@ ViewField FuseViews(std::span<const RangeView> views, SignedGrid grid, double tr
     for (int i = 0; i < distance.size[0]; ++i) {
       const Eigen::Vector3d p = distance.node(i, j, k);
       double sum = 0.0, weights = 0.0;
-      int n_free = 0;
+      double freest = 0.0;
       for (std::size_t v = 0; v < views.size(); ++v) {
-        const Verdict verdict = Judge(views[v], X_ST[v] * p, truncation);
-        if (verdict.free > 0.5) {
-          ++n_free;
-        } else if (verdict.near > 0.25) {
+        const Verdict verdict = Judge(views[v], free_pixels[v], X_ST[v] * p, truncation);
+        freest = std::max(freest, verdict.free);
+        if (verdict.free <= 0.5 && verdict.near > 0.25) {
           // The nearer a surface is, the more it has to say; one seen from its far side hides no other face of the object.
           const double reach = verdict.distance / (0.4 * truncation);
           const double weight = verdict.near * verdict.cosine * verdict.cosine / (1.0 + std::pow(reach, 4));
@@ -101,10 +124,13 @@ ViewField FuseViews(std::span<const RangeView> views, SignedGrid grid, double tr
       }
       const std::size_t node = distance.index(i, j, k);
       const double value = weights > 0.0 ? sum / weights : 0.0;
-      if (weights > 0.0 && (n_free == 0 || value > -0.5 * truncation)) {
-        distance.value[node] = static_cast<float>(value);
+      if (weights > 0.0) {
+        // Where one view looks past what another one takes for the inside, the first is right; but a little within the
+        // outline its pixels may be too coarse to tell.
+        const bool outside = value < 0.0 && (freest > 0.95 || (freest > 0.5 && value < -0.4 * distance.step));
+        distance.value[node] = static_cast<float>(outside ? 0.25 * distance.step : value);
         field.state[node] = NodeState::kNear;
-      } else if (n_free > 0) {
+      } else if (freest > 0.5) {
         distance.value[node] = static_cast<float>(truncation);
         field.state[node] = NodeState::kFree;
       } else {

@@ -10,8 +10,9 @@
 
 namespace geond {
 
-SignedGrid WindingField(SignedGrid grid, const WindingNumber& winding, const FieldSource& source, double reach,
-                        int threads, const std::stop_token& stop) {
+SignedGrid WindingField(SignedGrid grid, const WindingNumber& winding, const FieldSource& source, int threads,
+                        const std::stop_token& stop) {
+  const double reach = source.reach;
   // Blocks of 4 x 4 x 4 nodes: the winding number at the eight corners tells whether the inside needs a look.
   constexpr int kBlock = 4;
   const std::array<int, 3> blocks{(grid.size[0] + kBlock - 1) / kBlock, (grid.size[1] + kBlock - 1) / kBlock,
@@ -46,9 +47,9 @@ SignedGrid WindingField(SignedGrid grid, const WindingNumber& winding, const Fie
             double value = (low > 0.5 ? -1.0 : 1.0) * reach;
             if (!uniform) {
               const Eigen::Vector3d p = grid.node(i, j, k);
-              const double w = winding.At(p);
-              const bool is_near = !is_far && source.distance(p, reach) < reach;
-              value = is_near ? source.value(p, w) : std::clamp(1.0 - 2.0 * w, -1.0, 1.0) * reach;
+              const auto at = [&] { return winding.At(p); };
+              const std::optional<double> near = is_far ? std::nullopt : source.value(p, at);
+              value = near ? *near : std::clamp(1.0 - 2.0 * at(), -1.0, 1.0) * reach;
             }
             const bool border = i == 0 || j == 0 || k == 0 || i + 1 == grid.size[0] || j + 1 == grid.size[1] || k + 1 == grid.size[2];
             grid.value[grid.index(i, j, k)] = static_cast<float>(border ? reach : value);

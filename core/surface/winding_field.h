@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <stop_token>
 
 #include "core/surface/signed_grid.h"
@@ -10,16 +11,17 @@
 namespace geond {
 
 // What a field near a surface is made of: the distance (m) from p to it, or `limit` if that is further, and the value of
-// the field (m, negative inside) where the winding number is known.
+// the field (m, negative inside) there, none beyond its reach. `winding` works the winding number at p out when asked.
 struct FieldSource {
   std::function<double(const Eigen::Vector3d& p, double limit)> distance;
-  std::function<double(const Eigen::Vector3d& p, double winding)> value;
+  std::function<std::optional<double>(const Eigen::Vector3d& p, const std::function<double()>& winding)> value;
+  double reach = 0.0;  // m
 };
 
-// The grid filled with source.value within `reach` (m) of the surface, else (1 - 2 winding number) reach: at holes a smooth
-// lid. Every node near the surface or a lid is worked out, others take the number of their surroundings. Positive on the
-// border of the grid. Throws Cancelled.
-SignedGrid WindingField(SignedGrid grid, const WindingNumber& winding, const FieldSource& source, double reach, int threads,
+// The grid filled with source.value near the surface, else with (1 - 2 winding number) reach: at holes a smooth lid. Every
+// node near the surface or a lid is worked out, others take the number of their surroundings. Positive on the border of the
+// grid. Throws Cancelled.
+SignedGrid WindingField(SignedGrid grid, const WindingNumber& winding, const FieldSource& source, int threads,
                         const std::stop_token& stop);
 
 }  // namespace geond

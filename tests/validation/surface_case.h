@@ -185,7 +185,16 @@ inline SurfaceFigures Measure(const TriangleMesh& mesh, const SurfaceCase& surfa
       const Eigen::Vector3d na = normals[tree.Nearest(crease.p + step * a).triangle];
       const Eigen::Vector3d nb = normals[tree.Nearest(crease.p + step * b).triangle];
       const double turn = std::atan2(na.cross(nb).norm(), na.dot(nb));
-      const double truth = std::atan2(crease.n.cross(crease.m).norm(), crease.n.dot(crease.m));
+      // What the true surface itself turns by between the two points.
+      const auto true_normal = [&](const Eigen::Vector3d& p) {
+        std::size_t best = 0;
+        for (std::size_t i = 1; i < surface.truth.size(); ++i) {
+          if ((surface.truth[i].p - p).squaredNorm() < (surface.truth[best].p - p).squaredNorm()) best = i;
+        }
+        return surface.truth[best].n;
+      };
+      const Eigen::Vector3d ta = true_normal(crease.p + step * a), tb = true_normal(crease.p + step * b);
+      const double truth = std::atan2(ta.cross(tb).norm(), ta.dot(tb));
       kept[convex] += turn / truth;
       ++count[convex];
       if (d == 0 && !convex) concave_points.push_back(crease.p);

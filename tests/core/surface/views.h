@@ -88,6 +88,8 @@ inline RangeView MakeView(const Object& object, const Pose& X_TS, int size, doub
       } else if (table && ray.z() < -1e-3) {
         view.image.depth[pixel] = static_cast<float>(-from.z() / ray.z() * ray_S.z());
         view.classes[pixel] = PixelClass::kTable;
+      } else {
+        view.classes[pixel] = PixelClass::kBackground;
       }
     }
   }
