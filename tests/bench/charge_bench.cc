@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+// The charge solve against time: the fast solver against the exact matrix where that fits, then alone on growing spheres
+// and cubes. CPU seconds over all threads, and the wall's. Usage: charge_bench [largest number of triangles, 100000].
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+
+#include "core/charge/charge_density.h"
+#include "core/charge/fast.h"
+#include "tests/core/charge/shapes.h"
+
+namespace {
+
+using namespace geond;
+
+double CpuSeconds() {
+  timespec time{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
+struct Timed {
+  ChargeDensity charge;
+  double cpu, wall;
+};
+
+Timed Solve(const TriangleMesh& mesh, ChargeOptions::Solver solver) {
+  ChargeOptions options;
+  options.solver = solver;
+  const double cpu = CpuSeconds();
+  const auto start = std::chrono::steady_clock::now();
+  Timed timed{SolveChargeDensity(mesh, options), 0.0, 0.0};
+  timed.cpu = CpuSeconds() - cpu;
+  timed.wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return timed;
+}
+
+void Compare(const char* name, const TriangleMesh& mesh) {
+  const Timed fast = Solve(mesh, ChargeOptions::Solver::kFast), exact = Solve(mesh, ChargeOptions::Solver::kDense);
+  const double rms = shapes::RelativeRms(mesh, fast.charge.density, exact.charge.density);
+  std::printf("%-8s %8zu  fast %8.4f CPU s, exact %8.4f, ratio %7.1f  difference %.1e rms\n", name, mesh.triangles.size(),
+              fast.cpu, exact.cpu, exact.cpu / fast.cpu, rms);
+}
+
+void Grow(const char* name, const TriangleMesh& mesh) {
+  static double last_cpu = 0.0, last_n = 0.0;
+  const Timed fast = Solve(mesh, ChargeOptions::Solver::kFast);
+  const auto n = static_cast<double>(mesh.triangles.size());
+  const double exponent = last_n > 0.0 && last_n < n ? std::log(fast.cpu / last_cpu) / std::log(n / last_n) : 0.0;
+  std::printf("%-8s %8.0f  %8.4f CPU s  %8.4f s (setup %.4f)  %3d iterations  %7.1f MB  grows as N^%.2f  C %.6f\n", name, n,
+              fast.cpu, fast.wall, fast.charge.setup_seconds, fast.charge.summary.iterations,
+              static_cast<double>(fast.charge.peak_bytes) / 1e6, exponent, fast.charge.capacitance);
+  last_cpu = fast.cpu, last_n = n;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const long largest = argc > 1 ? std::atol(argv[1]) : 100000;
+  Compare("sphere", shapes::Sphere(3));
+  Compare("cube", shapes::Cube(20));
+  Compare("torus", shapes::Torus(2.0, 1.0, 36, 12));  // 864 triangles, the thesis' number
+  for (int level = 3; 20L << (2 * level) <= largest; ++level) Grow("sphere", shapes::Sphere(level));
+  for (int n : {9, 29, 91, 289}) {
+    if (12L * n * n <= largest) Grow("cube", shapes::Cube(n));
+  }
+}
