@@ -31,18 +31,11 @@ double Between(const Side& a, const Side& b) {
 
 }  // namespace
 
-double Concavity(const PartSurface& surface, std::span<const int> a, std::span<const int> b) {
-  Side side_a, side_b;
-  for (int t : a) side_a.Add(surface, t);
-  for (int t : b) side_b.Add(surface, t);
-  return Between(side_a, side_b);
-}
-
 double ConcavityBetweenLabels(const PartSurface& surface, BallWalk& walk, const SurfaceEdge& edge,
                               const std::vector<int>& labels, double radius) {
   const int label_a = labels[edge.triangle], label_b = labels[edge.other];
-  Eigen::Vector3d facing = surface.area_vectors[edge.triangle].stableNormalized() +
-                           surface.area_vectors[edge.other].stableNormalized();
+  Eigen::Vector3d facing =
+      surface.area_vectors[edge.triangle].stableNormalized() + surface.area_vectors[edge.other].stableNormalized();
   const std::vector<int>& ball = walk.Collect(edge.triangle, edge.other, edge.middle, radius);
   for (int pass = 0; pass < 2; ++pass) {  // the facing from the near half of the ball, then the sides
     Side a, b;
@@ -63,8 +56,8 @@ double ConcavityBetweenLabels(const PartSurface& surface, BallWalk& walk, const 
 
 double ConcavityAcross(const PartSurface& surface, BallWalk& walk, const SurfaceEdge& edge, double radius) {
   const Eigen::Vector3d across = surface.centroids[edge.other] - surface.centroids[edge.triangle];
-  const Eigen::Vector3d facing = surface.area_vectors[edge.triangle].stableNormalized() +
-                                 surface.area_vectors[edge.other].stableNormalized();
+  const Eigen::Vector3d facing =
+      surface.area_vectors[edge.triangle].stableNormalized() + surface.area_vectors[edge.other].stableNormalized();
   Side a, b;
   for (int t : walk.Collect(edge.triangle, edge.other, edge.middle, radius)) {
     if (t == edge.triangle) {

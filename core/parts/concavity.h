@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <span>
 #include <vector>
 
 #include "core/parts/part_surface.h"
@@ -30,18 +29,17 @@ std::vector<SurfaceEdge> CollectEdges(const PartSurface& surface, const Wanted& 
   return edges;
 }
 
-// The signed concavity of the surface between two sets of triangles: ((N_b - N_a).(x_a - x_b)) / (2 |x_a - x_b|), N the
-// mean area vector over the area, x the mean place; 0 flat, towards 1 a deep valley, negative a ridge. Sums of area
-// vectors depend on the rim of a patch alone, so that noise inside it cancels.
-double Concavity(const PartSurface& surface, std::span<const int> a, std::span<const int> b);
+// The signed concavity of the surface between two sets of triangles a and b is ((N_b - N_a).(x_a - x_b)) / (2 |x_a -
+// x_b|), N the direction of the sum of area vectors, x the mean place: 0 flat, towards 1 a deep valley, negative a
+// ridge. Sums of area vectors depend on the rim of a patch alone, so that noise inside it cancels.
 
-// The concavity across an edge, its sides being the triangles of the labels on either side within `radius` whose normals
-// do not face away (a thin part's other wall is not asked).
+// The concavity across an edge, its sides being the triangles of the labels on either side within `radius` whose
+// normals do not face away (a thin part's other wall is not asked).
 double ConcavityBetweenLabels(const PartSurface& surface, BallWalk& walk, const SurfaceEdge& edge,
                               const std::vector<int>& labels, double radius);
 
-// The concavity across an edge, its sides being divided by the plane through the edge's middle, across the way from centroid
-// to centroid.
+// The concavity across an edge, its sides being divided by the plane through the edge's middle, across the way from
+// centroid to centroid.
 double ConcavityAcross(const PartSurface& surface, BallWalk& walk, const SurfaceEdge& edge, double radius);
 
 }  // namespace geond

@@ -12,7 +12,7 @@ namespace geond {
 class MinCut {
  public:
   explicit MinCut(int nodes);
-  void Connect(int u, int v, std::int64_t capacity);   // either way
+  void Connect(int u, int v, std::int64_t capacity);  // either way
   void AttachToSource(int u);
   void AttachToSink(int u);
   // True for the nodes on the source's side. Of several least cuts, the one nearest the sources.

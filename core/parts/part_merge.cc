@@ -90,11 +90,13 @@ class RegionGraph {
     const double lesser = std::min(Density(a), Density(b)), rim = std::min(regions_[a].rim, regions_[b].rim);
     entry.order = boundary.strength();
     if (lesser > 0.0 && boundary.length > 0.0) {
-      entry.order += settings_.contrast_weight * std::clamp(1.0 - boundary.charge / boundary.length / lesser, -1.0, 1.0);
+      entry.order +=
+          settings_.contrast_weight * std::clamp(1.0 - boundary.charge / boundary.length / lesser, -1.0, 1.0);
     }
     if (rim > 0.0) entry.order -= settings_.share_weight * boundary.length / rim;
     at_[b].at(a).order = entry.order;
-    if (boundary.strength() < settings_.threshold) queue_.insert({entry.order, -boundary.length, boundary.a, boundary.b});
+    if (boundary.strength() < settings_.threshold)
+      queue_.insert({entry.order, -boundary.length, boundary.a, boundary.b});
   }
 
   void Dequeue(int a, int b) {

@@ -12,8 +12,8 @@ namespace geond {
 std::vector<PartBoundary> ReportBoundaries(const PartSurface& surface, const std::vector<int>& labels,
                                            const std::vector<double>& averaged);
 
-// A part's protrusion by charge: one minus the mean charge along its boundaries over the charge near its top (95 % of its
-// area lie below), clipped to [0, 1]; 1 for a part without a boundary.
+// A part's protrusion by charge: one minus the mean charge along its boundaries over the charge near its top (95 % of
+// its area lie below), clipped to [0, 1]; 1 for a part without a boundary.
 std::vector<double> ReportSignificance(const PartSurface& surface, const std::vector<int>& labels, int n_parts,
                                        const std::vector<double>& averaged);
 

@@ -47,8 +47,9 @@ class CutCosts {
   std::vector<std::array<double, 3>> costs_;
 };
 
-// The triangles of regions a and b within `limit` of the boundary, over the surface from centroid to centroid, with their
-// distances; those of a region beyond are left out. `distance` must be kFar everywhere and is so again only after clearing.
+// The triangles of regions a and b within `limit` of the boundary, over the surface from centroid to centroid, with
+// their distances; those of a region beyond are left out. `distance` must be kFar everywhere and is so again only after
+// clearing.
 std::vector<int> Band(const PartSurface& surface, const std::vector<int>& labels, const std::vector<int>& start, int a,
                       int b, double limit, std::vector<double>& distance) {
   using Entry = std::pair<double, int>;

@@ -127,8 +127,8 @@ double EstimateNoise(const TriangleMesh& mesh) {
   for (int v = 0; v < n; ++v) {
     if (rings.around[v].empty() || rings.border[v]) continue;
     const double k = static_cast<double>(rings.around[v].size());
-    // For independent noise s of each vertex on a triangular lattice of valence k the variance of this second difference is
-    // (1 + 1/k)^2 + about k (2/k)^2 - small terms, times s^2.
+    // For independent noise s of each vertex on a triangular lattice of valence k the variance of this second
+    // difference is (1 + 1/k)^2 + about k (2/k)^2 - small terms, times s^2.
     const double variance = (1.0 + 1.0 / k) * (1.0 + 1.0 / k) + 3.0 / k;
     excess.push_back(std::abs((offset[v] - RingMean(rings, offset, v)).dot(normals[v])) / std::sqrt(variance));
   }

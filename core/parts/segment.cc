@@ -74,7 +74,8 @@ PartSegmentation SegmentParts(const TriangleMesh& mesh, const ChargeDensity& cha
   for (int t = 0; t < surface.n(); ++t) {
     density[t] = charge.density[surface.source[t]];
     if (!std::isfinite(density[t])) {
-      throw std::invalid_argument("SegmentParts: the charge of triangle " + std::to_string(surface.source[t]) + " is not finite");
+      throw std::invalid_argument("SegmentParts: the charge of triangle " + std::to_string(surface.source[t]) +
+                                  " is not finite");
     }
   }
   ThrowIfStopped(stop);

@@ -13,9 +13,9 @@ namespace geond {
 
 struct SegmentOptions {
   enum class Method {
-    kWatershed,   // the default: watershed of the smoothed charge, merged and snapped by concavity
-    kTrace,       // the thesis' boundary tracing and labelling (D.2, D.3), as repaired
-    kThreshold,   // components above a share of the median charge (thesis Fig. 6.16 b)
+    kWatershed,  // the default: watershed of the smoothed charge, merged and snapped by concavity
+    kTrace,      // the thesis' boundary tracing and labelling (D.2, D.3), as repaired
+    kThreshold,  // components above a share of the median charge (thesis Fig. 6.16 b)
   };
   Method method = Method::kWatershed;
   double detail = 0.5;       // 0 coarse to 1 fine: how weak a concavity still cuts
@@ -26,26 +26,28 @@ struct SegmentOptions {
 
 // A cut between two parts.
 struct PartBoundary {
-  int a = 0, b = 0;        // parts, a < b
-  double length = 0.0;     // m
-  bool closed = false;     // the edges form closed loops
-  double strength = 0.0;   // mean signed concavity along it, 0 flat, towards 1 sharp; negative over a ridge
-  double contrast = 0.0;   // how far the charge along it lies below the mean of the lesser part: 0 not at all, 1 none left
+  int a = 0, b = 0;       // parts, a < b
+  double length = 0.0;    // m
+  bool closed = false;    // the edges form closed loops
+  double strength = 0.0;  // mean signed concavity along it, 0 flat, towards 1 sharp; negative over a ridge
+  double contrast =
+      0.0;  // how far the charge along it lies below the mean of the lesser part: 0 not at all, 1 none left
 };
 
 struct PartSegmentation {
   int n_parts = 0;
-  std::vector<int> labels;            // a triangle: 0 <= part < n_parts, largest area first; -1 none (a speck apart)
+  std::vector<int> labels;  // a triangle: 0 <= part < n_parts, largest area first; -1 none (a speck apart)
   std::vector<PartBoundary> boundaries;
-  std::vector<double> significance;   // a part: 0 to 1, its protrusion by charge (one minus charge at its cuts over its top)
-  std::string message;                // what was decided, in words
+  std::vector<double>
+      significance;     // a part: 0 to 1, its protrusion by charge (one minus charge at its cuts over its top)
+  std::string message;  // what was decided, in words
 };
 
 // Cuts a mesh into parts at deep concavities, where charge is least (thesis 4.7): every triangle in one part (but for
-// specks apart from the rest, below 1 % of the area), each part in one piece. An open mesh (the seen surface of one view) is
-// cut up to its border. `charge` must be of this mesh. The numbering of the input does not matter: ties are broken by
-// geometry. Throws std::invalid_argument if sizes do not fit or an option is out of range, and Cancelled.
-PartSegmentation SegmentParts(const TriangleMesh& mesh, const ChargeDensity& charge,
-                              const SegmentOptions& options = {}, std::stop_token stop = {});
+// specks apart from the rest, below 1 % of the area), each part in one piece. An open mesh (the seen surface of one
+// view) is cut up to its border. `charge` must be of this mesh. The numbering of the input does not matter: ties are
+// broken by geometry. Throws std::invalid_argument if sizes do not fit or an option is out of range, and Cancelled.
+PartSegmentation SegmentParts(const TriangleMesh& mesh, const ChargeDensity& charge, const SegmentOptions& options = {},
+                              std::stop_token stop = {});
 
 }  // namespace geond

@@ -74,7 +74,8 @@ class Tracer {
   // Beside the surroundings of the start, or beside an earlier boundary.
   bool Meets(int t) const {
     return std::any_of(surface_.neighbors[t].begin(), surface_.neighbors[t].end(), [&](int next) {
-      return next >= 0 && (marks_[next] == Mark::kNearStart || (marks_[next] == Mark::kBoundary && contour_[next] != contours_));
+      return next >= 0 &&
+             (marks_[next] == Mark::kNearStart || (marks_[next] == Mark::kBoundary && contour_[next] != contours_));
     });
   }
 
@@ -105,7 +106,8 @@ std::vector<double> AveragedCharge(const PartSurface& surface, const std::vector
 }
 
 // Components of `keep` as parts of the whole surface.
-std::vector<int> PartsFrom(const PartSurface& surface, const std::vector<bool>& keep, const std::vector<double>& averaged) {
+std::vector<int> PartsFrom(const PartSurface& surface, const std::vector<bool>& keep,
+                           const std::vector<double>& averaged) {
   std::vector<int> labels = LabelComponents(surface, keep);
   FillUnlabelled(surface, labels);
   MergeSettings splinters;

@@ -7,15 +7,15 @@
 
 namespace geond {
 
-// The thesis' own ways to parts, as repaired; the baseline of the default method. Both work on charge averaged over 0.025
-// of the size (the plain density is negative in places beside sharp creases) and give every triangle a part, those of
-// boundaries the nearest, splinters below 1 % of the area that of a neighbour.
+// The thesis' own ways to parts, as repaired; the baseline of the default method. Both work on charge averaged over
+// 0.025 of the size (the plain density is negative in places beside sharp creases) and give every triangle a part,
+// those of boundaries the nearest, splinters below 1 % of the area that of a neighbour.
 
-// The traced boundaries (D.2): from each unvisited local minimum of charge below `limit` times the least, the lowest first,
-// to the unvisited neighbour of least charge, until the trail meets the surroundings of its start, an earlier boundary or
-// the border of the mesh; on an open mesh then the other way from the start. Repairs: the lowest neighbour is taken before
-// the others are marked; the start may be met again only after three steps; a dead end goes on over triangles seen but not
-// taken. Returns the triangles of boundaries.
+// The traced boundaries (D.2): from each unvisited local minimum of charge below `limit` times the least, the lowest
+// first, to the unvisited neighbour of least charge, until the trail meets the surroundings of its start, an earlier
+// boundary or the border of the mesh; on an open mesh then the other way from the start. Repairs: the lowest neighbour
+// is taken before the others are marked; the start may be met again only after three steps; a dead end goes on over
+// triangles seen but not taken. Returns the triangles of boundaries.
 std::vector<bool> TraceBoundaries(const PartSurface& surface, const std::vector<double>& charge, double limit);
 
 // D.2, then the components of what is left (D.3).

@@ -13,6 +13,26 @@
 
 namespace geond {
 
+WatershedSettings SettingsForDetail(double detail) {
+  WatershedSettings settings;
+  if (detail < 0.5) {
+    const double coarse = 1.0 - 2.0 * detail;
+    settings.coarse_threshold = settings.final_threshold + 0.3 * coarse;
+    settings.coarse_area = settings.small_area + 0.09 * coarse;
+  } else if (detail > 0.5) {
+    const double scale = std::exp2(1.0 - 2.0 * detail);
+    settings.gate *= scale;
+    settings.charge_radius *= scale;
+    settings.concavity_radius *= scale;
+    settings.first_threshold *= scale;
+    settings.final_threshold *= scale;
+    settings.small_area *= scale * scale;
+    settings.snap_radius *= scale;
+    settings.snap_band *= scale;
+  }
+  return settings;
+}
+
 std::vector<int> SegmentByWatershed(PartSurface& surface, const std::vector<double>& charge,
                                     const WatershedSettings& settings, std::string& message, std::stop_token stop) {
   const double size = surface.size;
@@ -30,8 +50,7 @@ std::vector<int> SegmentByWatershed(PartSurface& surface, const std::vector<doub
     message = "convex within its noise: one part";
     return std::vector<int>(surface.n(), 0);
   }
-  const std::vector<double> height =
-      BallMean(surface, charge, std::max(settings.charge_radius * size, surface.edge));
+  const std::vector<double> height = BallMean(surface, charge, std::max(settings.charge_radius * size, surface.edge));
   std::vector<int> labels = Watershed(surface, height);
   ThrowIfStopped(stop);
 
@@ -45,17 +64,19 @@ std::vector<int> SegmentByWatershed(PartSurface& surface, const std::vector<doub
   snap.radius = std::max(settings.snap_radius * size, surface.edge);
   snap.band = std::max(settings.snap_band * size, 2.0 * surface.edge);
   snap.scale = settings.snap_scale;
-  for (int round = 0; round < settings.rounds; ++round) {
-    const double share = settings.rounds > 1 ? static_cast<double>(round) / (settings.rounds - 1) : 0.0;
-    merge.threshold = settings.first_threshold + share * (settings.last_threshold - settings.first_threshold) + doubt;
-    merge.small_area = settings.small_area * (settings.rounds > 1 ? std::pow(settings.first_small, 1.0 - share) : 1.0);
-    MergeRegions(surface, height, merge, labels, stop);
-    SnapBoundaries(surface, snap, labels, stop);
-  }
+  merge.threshold = settings.first_threshold + doubt;
+  MergeRegions(surface, height, merge, labels, stop);
+  SnapBoundaries(surface, snap, labels, stop);
   merge.threshold = settings.final_threshold + doubt;
   MergeRegions(surface, height, merge, labels, stop);
-  message = *std::max_element(labels.begin(), labels.end()) > 0 ? "cut where the surface is concave between charged regions"
-                                                                : "no concavity divides it: one part";
+  if (settings.coarse_threshold > 0.0) {
+    merge.threshold = settings.coarse_threshold + doubt;
+    merge.small_area = settings.coarse_area;
+    MergeRegions(surface, height, merge, labels, stop);
+  }
+  message = *std::max_element(labels.begin(), labels.end()) > 0
+                ? "cut where the surface is concave between charged regions"
+                : "no concavity divides it: one part";
   return labels;
 }
 

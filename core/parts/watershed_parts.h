@@ -14,26 +14,30 @@ struct WatershedSettings {
   double smoothing = 30.0;         // pairs of Taubin steps for each noise of one edge
   double smooth_beyond = 0.1;      // noise over edge that needs none
   double gate = 0.012;             // a single part if no deeper under its hull than this, plus
-  double gate_noise = 3.5;         // this times the noise
+  double gate_noise = 2.0;         // this times the noise
   double charge_radius = 0.025;    // over which the charge is averaged
   double concavity_radius = 0.04;  // over which concavity is pooled, and
   double radius_in_edges = 1.5;    // no less than this many edges
-  int rounds = 1;                  // of merging and snapping, with
-  double first_threshold = 0.02;   // the least mean concavity of a cut from this
-  double last_threshold = 0.02;    // to this
-  double first_small = 1.0;        // and the least area from this share of small_area
+  double first_threshold = 0.02;   // least mean concavity of a cut along the watershed
   double contrast_weight = 0.05;   // of charge, in the order of merging
   double share_weight = 0.05;      // of the common rim, likewise
   double final_threshold = 0.035;  // the same after snapping
   double noise_threshold = 0.4;    // added to both, times noise over the radius of pooling
   double small_area = 0.01;        // least share of the area that makes a part
+  double coarse_threshold = 0.0;   // least mean concavity at the end, where only coarse parts are wanted
+  double coarse_area = 0.0;        // and their least share of the area
   double snap_radius = 0.03;       // over which concavity is pooled for the cuts
   double snap_band = 0.08;         // how far a cut may move
   double snap_scale = 0.06;        // of concavity in the cost of a cut
 };
 
-// Parts by a watershed of the smoothed charge, merged over boundaries that are not concave and snapped to creases. Labels
-// in the order of the surface, which may be smoothed on the way. `message` says what was decided.
+// The settings for a `detail` from 0 (coarse) over 0.5 (the defaults) to 1 (fine). Below 0.5 the default's parts are
+// joined further, until only strong cuts between large parts are left; above, all lengths and thresholds shrink, to a
+// half at 1.
+WatershedSettings SettingsForDetail(double detail);
+
+// Parts by a watershed of the smoothed charge, merged over boundaries that are not concave and snapped to creases.
+// Labels in the order of the surface, which may be smoothed on the way. `message` says what was decided.
 std::vector<int> SegmentByWatershed(PartSurface& surface, const std::vector<double>& charge,
                                     const WatershedSettings& settings, std::string& message, std::stop_token stop = {});
 

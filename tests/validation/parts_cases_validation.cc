@@ -41,8 +41,9 @@ int main(int argc, char** argv) {
     if (method == "trace") options.method = SegmentOptions::Method::kTrace;
     if (method == "threshold") options.method = SegmentOptions::Method::kThreshold;
     const PartSegmentation found = SegmentParts(c.mesh, c.charge, options);
-    const std::string kind = c.n_parts == 1 ? "single"
-                             : std::find(open.begin(), open.end(), object) != open.end() ? "open" : "closed";
+    const std::string kind = c.n_parts == 1                                              ? "single"
+                             : std::find(open.begin(), open.end(), object) != open.end() ? "open"
+                                                                                         : "closed";
     Row& row = table[quality][kind];
     const double rand = test::RandIndex(found.labels, c.labels);
     row.right += found.n_parts == c.n_parts;

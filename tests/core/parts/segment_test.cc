@@ -3,14 +3,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numeric>
 #include <random>
 #include <set>
 #include <string>
 #include <vector>
 
-#include <Eigen/Geometry>
 #include <gtest/gtest.h>
+#include <Eigen/Geometry>
 
 #include "core/base/error.h"
 #include "tests/core/parts/segmentation_case.h"
@@ -25,8 +26,8 @@ SegmentationCase Case(const std::string& name) {
   return test::ReadSegmentationCase(GEOND_TEST_DATA "/segmentation", name);
 }
 
-// The laws every segmentation keeps: each triangle in a part, parts in one piece and by falling area, boundaries that are
-// the borders of the labels.
+// The laws every segmentation keeps: each triangle in a part, parts in one piece and by falling area, boundaries that
+// are the borders of the labels.
 void ExpectLawful(const TriangleMesh& mesh, const PartSegmentation& parts) {
   ASSERT_EQ(parts.labels.size(), mesh.triangles.size());
   ASSERT_EQ(parts.significance.size(), static_cast<std::size_t>(parts.n_parts));
@@ -117,13 +118,15 @@ INSTANTIATE_TEST_SUITE_P(Cases, SegmentPartsOfCase,
                                          "noise0.5_cuboid", "uneven_boxcyl"),
                          [](const auto& value) {
                            std::string name = value.param;
-                           std::replace_if(name.begin(), name.end(), [](char c) { return !std::isalnum(c); }, '_');
+                           std::replace_if(
+                               name.begin(), name.end(), [](char c) { return !std::isalnum(c); }, '_');
                            return name;
                          });
 
 TEST(SegmentParts, DoesNotDependOnTheNumbering) {
   const SegmentationCase c = Case("clean1500_animal");
-  for (auto method : {SegmentOptions::Method::kWatershed, SegmentOptions::Method::kTrace, SegmentOptions::Method::kThreshold}) {
+  for (auto method :
+       {SegmentOptions::Method::kWatershed, SegmentOptions::Method::kTrace, SegmentOptions::Method::kThreshold}) {
     SegmentOptions options;
     options.method = method;
     const PartSegmentation parts = SegmentParts(c.mesh, c.charge, options);
@@ -172,9 +175,11 @@ TEST(SegmentParts, CutsAnOpenMeshUpToItsBorder) {
   std::vector<int> labels;
   Eigen::Vector3d view = Eigen::Vector3d::Zero();  // across the line from one part's middle to the other's
   Eigen::Vector3d middle[2] = {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
-  for (std::size_t t = 0; t < c.labels.size(); ++t) middle[c.labels[t]] += TriangleCentroid(c.mesh, static_cast<int>(t));
+  for (std::size_t t = 0; t < c.labels.size(); ++t)
+    middle[c.labels[t]] += TriangleCentroid(c.mesh, static_cast<int>(t));
   view = (middle[1] / std::count(c.labels.begin(), c.labels.end(), 1) -
-          middle[0] / std::count(c.labels.begin(), c.labels.end(), 0)).unitOrthogonal();
+          middle[0] / std::count(c.labels.begin(), c.labels.end(), 0))
+             .unitOrthogonal();
   for (std::size_t t = 0; t < c.labels.size(); ++t) {
     if (TriangleAreaVector(c.mesh, static_cast<int>(t)).stableNormalized().dot(view) < 0.1) continue;
     half.triangles.push_back(c.mesh.triangles[t]);
@@ -196,6 +201,25 @@ TEST(SegmentParts, ThresholdFindsTheTwoEndsOfAPeanut) {
   const PartSegmentation parts = SegmentParts(c.mesh, c.charge, options);
   EXPECT_EQ(parts.n_parts, 2);
   EXPECT_GT(RandIndex(parts.labels, c.labels), 0.97);
+}
+
+TEST(SegmentParts, DetailRunsFromCoarseToFine) {
+  const SegmentationCase c = Case("clean1500_animal");
+  std::vector<PartSegmentation> by_detail;
+  for (double detail : {0.0, 0.25, 0.5, 1.0}) {
+    SegmentOptions options;
+    options.detail = detail;
+    by_detail.push_back(SegmentParts(c.mesh, c.charge, options));
+    ExpectLawful(c.mesh, by_detail.back());
+  }
+  for (std::size_t i = 1; i < by_detail.size(); ++i) EXPECT_LE(by_detail[i - 1].n_parts, by_detail[i].n_parts);
+  EXPECT_LT(by_detail[0].n_parts, by_detail[2].n_parts);
+  // What is coarse is made of what is less coarse: no part of the default lies in two coarse ones.
+  for (int i : {0, 1}) {
+    std::map<int, std::set<int>> coarse_of;
+    for (std::size_t t = 0; t < c.labels.size(); ++t) coarse_of[by_detail[2].labels[t]].insert(by_detail[i].labels[t]);
+    for (const auto& [part, coarse] : coarse_of) EXPECT_EQ(coarse.size(), 1u);
+  }
 }
 
 TEST(SegmentParts, ThrowsOnCallersMistakes) {

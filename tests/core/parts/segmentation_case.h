@@ -6,10 +6,13 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <numbers>
+#include <random>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include <Eigen/Geometry>
 #include <nlohmann/json.hpp>
 
 #include "core/charge/charge_density.h"
@@ -29,7 +32,8 @@ inline TriangleMesh ReadOff(const std::filesystem::path& path) {
   std::ifstream in(path);
   std::string magic;
   int n_vertices = 0, n_faces = 0, n_edges = 0;
-  if (!(in >> magic >> n_vertices >> n_faces >> n_edges) || magic != "OFF") throw std::runtime_error("no OFF: " + path.string());
+  if (!(in >> magic >> n_vertices >> n_faces >> n_edges) || magic != "OFF")
+    throw std::runtime_error("no OFF: " + path.string());
   TriangleMesh mesh;
   mesh.vertices.resize(n_vertices);
   mesh.triangles.resize(n_faces);
@@ -55,6 +59,27 @@ inline SegmentationCase ReadSegmentationCase(const std::filesystem::path& folder
   for (double& d : result.charge.density) d /= 1000.0;
   result.n_parts = json.at("true_parts");
   return result;
+}
+
+// The mesh with Gaussian noise of standard deviation `sigma` on every coordinate (own transform: the same on all
+// systems).
+inline TriangleMesh WithNoise(TriangleMesh mesh, double sigma, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  const auto uniform = [&] { return (static_cast<double>(random() >> 11) + 0.5) * 0x1p-53; };
+  for (Eigen::Vector3d& v : mesh.vertices) {
+    for (int k = 0; k < 3; ++k) {
+      const double radius = std::sqrt(-2.0 * std::log(uniform())), angle = 2.0 * std::numbers::pi * uniform();
+      v[k] += sigma * radius * std::cos(angle);
+    }
+  }
+  return mesh;
+}
+
+// The diagonal of the box around the vertices, m.
+inline double BoxDiagonal(const TriangleMesh& mesh) {
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& v : mesh.vertices) box.extend(v);
+  return box.diagonal().norm();
 }
 
 // The share of pairs of triangles on which two labellings agree (together in both or apart in both).
