@@ -28,6 +28,7 @@ struct Config {
   std::string api_unix_socket = "/run/geond/geond.sock";
   std::string api_address = "127.0.0.1";
   int api_port = 7100;
+  std::string api_tokens;
   int api_max_clients = 256;
   int api_max_line_kb = 1024;
   int api_max_unread_kb = 8192;

@@ -80,4 +80,12 @@ bool IsLoopbackName(std::string_view name) {
   return name == "localhost" || name == "127.0.0.1" || name == "[::1]";
 }
 
+bool IsSameSite(std::string_view origin, std::string_view host) {
+  if (IsLoopbackName(origin) && IsLoopbackName(host)) return true;
+  for (const std::string_view scheme : {"http://", "https://"}) {
+    if (origin.substr(0, scheme.size()) == scheme) return !host.empty() && origin.substr(scheme.size()) == host;
+  }
+  return false;
+}
+
 }  // namespace geond::daemon

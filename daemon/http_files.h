@@ -27,4 +27,7 @@ bool IsPlainPath(std::string_view path);
 // Whether a Host or Origin names this machine by a loopback name ("localhost:7180", "http://127.0.0.1:7180", "[::1]").
 bool IsLoopbackName(std::string_view host_or_origin);
 
+// Whether a page of that Origin may ask this Host: they are the same place, or both this machine.
+bool IsSameSite(std::string_view origin, std::string_view host);
+
 }  // namespace geond::daemon

@@ -49,6 +49,7 @@ class WebSocketSession : public std::enable_shared_from_this<WebSocketSession> {
         max_unread_(parts->options.max_unread),
         max_message_(parts->options.max_body) {
     client_.id = id;
+    client_.role = handlers_.tokens->empty() ? Role::kAdmin : Role::kNone;
   }
 
   void Start(const Request& request) {
@@ -171,8 +172,9 @@ class HttpSession : public std::enable_shared_from_this<HttpSession<P>> {
       return std::string_view(request_[field].data(), request_[field].size());
     };
     // A web page from elsewhere must not move this machine's table.
-    if (!IsLoopbackName(header(http::field::host)) ||
-        (request_.count(http::field::origin) && !IsLoopbackName(header(http::field::origin)))) {
+    const bool guarded = !parts_->handlers.tokens->empty();
+    if ((!guarded && !IsLoopbackName(header(http::field::host))) ||
+        (request_.count(http::field::origin) && !IsSameSite(header(http::field::origin), header(http::field::host)))) {
       return Answer(Text(http::status::forbidden, "Only pages of this machine may ask.\n"));
     }
     if (beast::websocket::is_upgrade(request_)) {
@@ -180,6 +182,15 @@ class HttpSession : public std::enable_shared_from_this<HttpSession<P>> {
       stream_.expires_never();
       std::make_shared<WebSocketSession>(std::move(stream_), parts_, id_)->Start(request_);
       return;
+    }
+    constexpr std::string_view kBearer = "Bearer ";
+    const std::string_view authorization = header(http::field::authorization);
+    client_.role = !guarded ? Role::kAdmin
+                   : authorization.substr(0, kBearer.size()) == kBearer
+                       ? parts_->handlers.tokens->RoleOf(authorization.substr(kBearer.size()))
+                       : Role::kNone;
+    if (client_.role < Role::kRead && (path == "/metrics" || path.substr(0, 7) == "/scans/")) {
+      return Answer(Text(http::status::unauthorized, "A token is needed (Authorization: Bearer TOKEN).\n"));
     }
     if (path == "/rpc") return HandleRpc(header(http::field::content_type));
     if (request_.method() != http::verb::get && request_.method() != http::verb::head) {
@@ -284,8 +295,9 @@ HttpPort::HttpPort(void* io_context, const HttpOptions& options, HttpHandlers ha
     : parts_(std::make_shared<Parts>(*static_cast<asio::io_context*>(io_context), options, std::move(handlers))) {
   try {
     const asio::ip::tcp::endpoint endpoint(asio::ip::make_address(options.address), static_cast<std::uint16_t>(options.port));
-    if (!endpoint.address().is_loopback()) {
-      throw ConfigError("geond.toml", "http.address", options.address + " can be reached from outside", "Use 127.0.0.1");
+    if (!endpoint.address().is_loopback() && parts_->handlers.tokens->empty()) {
+      throw ConfigError("geond.toml", "http.address", options.address + " can be reached from outside, and there are no tokens",
+                        "Use 127.0.0.1, or name a file of tokens (api.tokens)");
     }
     parts_->acceptor.open(endpoint.protocol());
     parts_->acceptor.set_option(asio::ip::tcp::acceptor::reuse_address(true));

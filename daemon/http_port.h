@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 
+#include "daemon/access_tokens.h"
 #include "daemon/rpc.h"
 
 namespace geond::daemon {
@@ -23,6 +24,7 @@ struct HttpOptions {
 // What the port asks of the rest of the program; all on the I/O thread.
 struct HttpHandlers {
   const RpcTable* methods = nullptr;
+  const AccessTokens* tokens = nullptr;              // empty: everybody on this machine may do everything
   std::function<std::string()> greeting;             // first line of a WebSocket
   std::function<void(Client*)> add_client, remove_client;
   // The file of a scan, by number and name ("mesh.ply"); empty if there is none.
@@ -32,7 +34,8 @@ struct HttpHandlers {
 
 // The same methods over HTTP (POST /rpc) and WebSocket (/ws), the files of scans (GET /scans/7/mesh.ply, with Range and
 // ETag), the page, and /metrics. Lives on the I/O thread. Requests that a foreign web page makes through a browser are
-// refused by their Host and Origin.
+// refused by their Host and Origin. With tokens, everything but the page itself needs one (Authorization: Bearer TOKEN, or
+// auth.login on a WebSocket).
 class HttpPort {
  public:
   // `io_context` is a boost::asio::io_context. Throws ConfigError if the port cannot be used.

@@ -36,11 +36,11 @@ set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_DEPENDS "adduser, systemd")
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
-set(CPACK_DEBIAN_PACKAGE_DESCRIPTION "scans objects and describes them as parametric geons
- geond runs a scanning station: it turns an object, takes range images of
- it, and describes it as a few parametric parts with their poses. geon is
- the command for people and scripts; robots ask over a socket. Without
- hardware it runs a simulated station.")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "${PROJECT_DESCRIPTION}")
+set(CPACK_DEBIAN_PACKAGE_DESCRIPTION "geond runs a scanning station: it turns an object, takes range images of
+it, and describes it as a few parametric parts with their poses. geon is
+the command for people and scripts; robots ask over a socket. Without
+hardware it runs a simulated station.")
 set(CPACK_DEBIAN_PACKAGE_CONTROL_EXTRA ${PROJECT_SOURCE_DIR}/systemd/debian/postinst ${PROJECT_SOURCE_DIR}/systemd/debian/prerm
     ${PROJECT_SOURCE_DIR}/systemd/debian/postrm ${PROJECT_SOURCE_DIR}/systemd/debian/conffiles)
 include(CPack)

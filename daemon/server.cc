@@ -44,7 +44,7 @@ struct Server::Parts {
   void ListenUnix(const Config& config);
   template <typename Acceptor>
   void Accept(Acceptor& acceptor);
-  void Serve(LineSession::Socket socket);
+  void Serve(LineSession::Socket socket, bool by_unix_socket);
   void ListenRobot(const Config& config);
   void AcceptRobot();
   void ListenHttp(const Config& config);
@@ -96,9 +96,9 @@ asio::ip::address Address(const std::string& text, const std::string& key) {
 
 void Server::Parts::ListenTcp(const Config& config) {
   const asio::ip::address address = Address(config.api_address, "api.address");
-  if (!address.is_loopback()) {
-    throw ConfigError("geond.toml", "api.address", config.api_address + " can be reached from outside",
-                      "Use 127.0.0.1, and an SSH tunnel to reach it from another machine");
+  if (!address.is_loopback() && config.api_tokens.empty()) {
+    throw ConfigError("geond.toml", "api.address", config.api_address + " can be reached from outside, and there are no tokens",
+                      "Use 127.0.0.1 (and an SSH tunnel to reach it), or name a file of tokens (api.tokens)");
   }
   Listen(tcp, address, config.api_port, "api.port");
 }
@@ -141,7 +141,8 @@ void Server::Parts::Accept(Acceptor& acceptor) {
   acceptor.async_accept([this, &acceptor](const error_code& error, typename Acceptor::protocol_type::socket socket) {
     if (error == asio::error::operation_aborted) return;
     if (!error) {
-      Serve(LineSession::Socket(std::move(socket)));
+      Serve(LineSession::Socket(std::move(socket)),
+            std::is_same_v<typename Acceptor::protocol_type, asio::local::stream_protocol>);
     } else {
       spdlog::warn("a connection could not be taken: {}", error.message());
     }
@@ -149,10 +150,11 @@ void Server::Parts::Accept(Acceptor& acceptor) {
   });
 }
 
-void Server::Parts::Serve(LineSession::Socket socket) {
+void Server::Parts::Serve(LineSession::Socket socket, bool by_unix_socket) {
   auto session = std::make_shared<LineSession>(std::move(socket), limits);
   auto client = std::make_shared<Client>();
   client->id = ++connections;
+  client->role = service->FirstRole(by_unix_socket);
   if (service->clients() >= max_clients) {
     session->Start({[](std::string_view) {}, [] {}, [] { return std::string(); }});
     session->Send(ErrorLine(RpcError(RpcError::Code::kTooManyClients,
@@ -193,6 +195,7 @@ void Server::Parts::ListenHttp(const Config& config) {
   handlers.add_client = [this](Client* client) { service->AddClient(client); };
   handlers.remove_client = [this](Client* client) { service->RemoveClient(client); };
   handlers.scan_file = [this](int scan, const std::string& name) { return service->ScanFile(scan, name); };
+  handlers.tokens = &service->tokens();
   handlers.metrics = [this] { return service->Metrics(); };
   http = std::make_unique<HttpPort>(&io, options, std::move(handlers));
 }

@@ -21,6 +21,7 @@ std::string_view StateName(Service::State state) {
 Service::Service(const Config& config, OpenedStation station, Post to_io)
     : config_(config),
       to_io_(std::move(to_io)),
+      tokens_(config.api_tokens.empty() ? AccessTokens() : AccessTokens(config.folder / config.api_tokens)),
       store_(config.folder / config.store_folder),
       simulation_(std::move(station.simulation)),
       station_(std::move(station.station)) {
@@ -107,6 +108,7 @@ void Service::OnLinesEvent() {
     return;
   }
   station_->StopNow();
+  ++hazards_;
   // An open door forbids only what is in motion; the emergency stop and unreadable wires want a person's reset.
   const bool in_motion = state_ == State::kAcquiring || state_ == State::kHoming;
   if (in_motion || hazard != HazardOf({false, true})) latched_ = hazard;

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/access_tokens.h"
 #include "daemon/config.h"
 #include "daemon/open_station.h"
 #include "daemon/robot/grasp.h"
@@ -42,6 +43,9 @@ class Service {
 
   // The line that greets a new connection.
   std::string Greeting() const;
+  // Who may call from outside this machine's Unix socket; without tokens everybody who can connect may do everything.
+  const AccessTokens& tokens() const { return tokens_; }
+  Role FirstRole(bool by_unix_socket) const { return by_unix_socket || tokens_.empty() ? Role::kAdmin : Role::kNone; }
   // Clients that may subscribe to events; the pointer must stay good until RemoveClient.
   void AddClient(Client* client) { clients_.insert(client); }
   void RemoveClient(Client* client) { clients_.erase(client); }
@@ -118,6 +122,7 @@ class Service {
   const Post to_io_;
   const std::chrono::steady_clock::time_point started_ = std::chrono::steady_clock::now();
   std::shared_ptr<Service*> self_ = std::make_shared<Service*>(this);  // gone when the service is
+  const AccessTokens tokens_;
   ScanStore store_;
   std::shared_ptr<sim::SimStation> simulation_;
   std::unique_ptr<Station> station_;
@@ -128,6 +133,7 @@ class Service {
   std::map<std::string, double> step_seconds_;  // of the last scan
 
   State state_ = State::kIdle;
+  std::uint64_t hazards_ = 0;  // how often something has forbidden work
   std::string latched_;  // why nothing may move until station.reset; empty: it may
   std::shared_ptr<Job> job_;
   std::stop_source device_stop_;

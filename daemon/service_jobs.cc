@@ -54,7 +54,7 @@ void Service::RunOnDevice(State state, std::function<void(std::stop_token)> work
   RefuseIfBusy();
   device_stop_ = {};
   Enter(state);
-  device_thread_.Post([this, work = std::move(work), stop = device_stop_.get_token(), reply] {
+  device_thread_.Post([this, state, work = std::move(work), stop = device_stop_.get_token(), reply, hazards = hazards_] {
     std::exception_ptr failure;
     try {
       work(stop);
@@ -62,14 +62,15 @@ void Service::RunOnDevice(State state, std::function<void(std::stop_token)> work
       failure = std::current_exception();
     }
     TakeSnapshot();
-    OnIo([this, failure, reply] {
+    OnIo([this, state, failure, reply, hazards] {
+      // What happened while it was reset wants a reset of its own.
+      if (!failure && state == State::kResetting && hazards == hazards_) latched_.clear();
       Enter(State::kIdle);
       if (failure) {
         const RpcError error = ToRpcError(failure);
         spdlog::warn("{}", error.what());
         reply(error);
       } else {
-        latched_.clear();
         reply(StatusJson());
       }
     });

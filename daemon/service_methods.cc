@@ -125,6 +125,14 @@ void Service::AddMethods() {
   methods_.Add({"rpc.discover", Role::kRead, {}, Schema({{"openrpc", "string"}, {"methods", "array"}}),
                 "All methods, as an OpenRPC document.",
                 [this](const Json&, Client&, const Reply& reply) { reply(methods_.Discover()); }});
+  methods_.Add({"auth.login", Role::kNone, {{"token", "string", "A token of the file api.tokens names", true, 0, 0, {}}},
+                Schema({{"role", "string"}}), "Take the role of a token, for as long as the connection lasts.",
+                [this](const Json& params, Client& client, const Reply& reply) {
+                  const Role role = tokens_.RoleOf(params["token"].get<std::string>());
+                  if (role == Role::kNone) throw RpcError(Code::kForbidden, "there is no such token", "See api.tokens");
+                  client.role = role;
+                  reply(Json{{"role", RoleName(role)}});
+                }});
   AddStationMethods();
   AddScanMethods();
   AddResultMethods();

@@ -4,7 +4,6 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
-#include <filesystem>
 
 #include <netdb.h>
 #include <poll.h>
@@ -66,9 +65,8 @@ int ConnectTcp(const std::string& host, const std::string& port) {
 ServiceClient::ServiceClient(std::string address, std::stop_token stop) : address_(std::move(address)), stop_(stop) {
   if (address_.empty()) {
     const char* wanted = std::getenv("GEOND_SOCKET");
-    address_ = wanted && *wanted                       ? wanted
-               : std::filesystem::exists(kDefaultSocket) ? kDefaultSocket
-                                                         : kDefaultTcp;
+    // A user who is not in the service's group may still reach it over TCP.
+    address_ = wanted && *wanted ? wanted : access(kDefaultSocket, R_OK | W_OK) == 0 ? kDefaultSocket : kDefaultTcp;
   }
   const std::size_t colon = address_.rfind(':');
   if (address_.find('/') != std::string::npos) {

@@ -12,6 +12,8 @@ const text = (tag, content, className) => {
 export const partColor = (i) =>
   ['#4285cc', '#ed8c33', '#5cad5c', '#d15257', '#9470c2', '#996b57', '#e685c2', '#bdbd47', '#42bdcc', '#858f99'][i % 10];
 
+const token = () => sessionStorage.getItem('token');
+export const authorization = () => (token() ? { Authorization: 'Bearer ' + token() } : {});
 let socket, nextId = 1, shownScan = null;
 const waiting = new Map();
 
@@ -107,11 +109,15 @@ function connect() {
   socket = new WebSocket(`ws://${location.host}/ws`);
   socket.onopen = async () => {
     try {
+      if (token()) await call('auth.login', { token: token() });
       await call('events.subscribe');
       await refresh();
       await showObject();
     } catch (error) {
-      if (error.data?.name !== 'not_found') say(error);
+      if (error.data?.name === 'forbidden') {
+        sessionStorage.setItem('token', prompt('Token of this station') ?? '');
+        socket.close();
+      } else if (error.data?.name !== 'not_found') say(error);
     }
   };
   socket.onmessage = ({ data }) => {

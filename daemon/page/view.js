@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The 3D view: layers of one object, in the frame of the turntable, in millimetres.
 import * as THREE from './three.module.js';
-import { choose, partColor } from './page.js';
+import { authorization, choose, partColor } from './page.js';
 
 const place = document.getElementById('view');
 let renderer, scene, camera, groups = {}, visible = { cloud: false, charge: false, parts: false, geons: true, grasps: false };
@@ -175,7 +175,7 @@ export async function show(object, grasps, folder) {
   object.parts.forEach((part, i) => groups.geons.add(geonMesh(part, partColor(i))));
   const best = new Map(grasps.map((g) => [g.part, g]).reverse());
   best.forEach((grasp) => groups.grasps.add(graspMesh(grasp)));
-  const load = async (name) => readPly(await (await fetch(folder + name)).arrayBuffer());
+  const load = async (name) => readPly(await (await fetch(folder + name, { headers: authorization() })).arrayBuffer());
   const [cloud, mesh] = await Promise.all([load('cloud.ply'), load('mesh.ply')]);
   const points = new THREE.BufferGeometry();
   points.setAttribute('position', new THREE.BufferAttribute(positions(cloud.vertex), 3));

@@ -8,6 +8,8 @@
 #include <netinet/in.h>
 #include <sys/socket.h>
 
+#include "core/base/error.h"
+#include "daemon/access_tokens.h"
 #include "daemon/command/service_client.h"
 #include "daemon/http_files.h"
 #include "daemon/server.h"
@@ -50,10 +52,21 @@ TEST(IsLoopbackName, KnowsThisMachine) {
   }
 }
 
+TEST(IsSameSite, ComparesOriginAndHost) {
+  EXPECT_TRUE(IsSameSite("http://scanner.lab:7180", "scanner.lab:7180"));
+  EXPECT_TRUE(IsSameSite("http://localhost:7180", "127.0.0.1:7180"));
+  EXPECT_FALSE(IsSameSite("http://evil.example", "scanner.lab:7180"));
+  EXPECT_FALSE(IsSameSite("null", "scanner.lab:7180"));
+  EXPECT_FALSE(IsSameSite("", ""));
+}
+
 class HttpTest : public testing::Test {
  protected:
-  HttpTest() : world_(SmallWorld()) {
+  explicit HttpTest(const std::string& tokens = "") : world_(SmallWorld()) {
     Config config;
+    config.api_tokens = tokens.empty() ? "" : (folder_.path() / "tokens").string();
+    std::ofstream(folder_.path() / "tokens") << tokens;
+    std::filesystem::permissions(folder_.path() / "tokens", std::filesystem::perms(0600));
     config.store_folder = (folder_.path() / "store").string();
     config.api_unix_socket = (folder_.path() / "socket").string();
     config.api_port = config.http_port = config.robot_port = 0;
@@ -120,6 +133,53 @@ class HttpTest : public testing::Test {
   std::unique_ptr<Server> server_;
   std::thread thread_;
 };
+
+// The same with tokens.
+class GuardedTest : public HttpTest {
+ protected:
+  GuardedTest() : HttpTest("read reader-0123456789\nscan scanner-0123456789 # a robot cell\n") {}
+};
+
+TEST_F(GuardedTest, EachMayDoWhatItsTokenAllows) {
+  ServiceClient over_tcp("127.0.0.1:" + std::to_string(server_->port()));
+  EXPECT_THROW(over_tcp.Call("station.status"), RpcError);
+  EXPECT_THROW(over_tcp.Call("auth.login", {{"token", "reader-012345678X"}}), RpcError);
+  EXPECT_EQ(over_tcp.Call("auth.login", {{"token", "reader-0123456789"}})["role"], "read");
+  EXPECT_EQ(over_tcp.Call("station.status")["state"], "idle");
+  EXPECT_THROW(over_tcp.Call("station.home"), RpcError);
+  EXPECT_EQ(over_tcp.Call("auth.login", {{"token", "scanner-0123456789"}})["role"], "scan");
+  EXPECT_EQ(over_tcp.Call("station.home")["state"], "idle");
+  EXPECT_EQ(ServiceClient(socket_).Call("station.status")["state"], "idle") << "the Unix socket is guarded by its mode";
+
+  const std::string call = R"({"jsonrpc":"2.0","id":5,"method":"station.status"})";
+  const std::string post = "POST /rpc HTTP/1.1\r\nContent-Type: application/json\r\nHost: scanner.lab";
+  EXPECT_THAT(Ask(post, call), HasSubstr("forbidden"));
+  EXPECT_THAT(Ask(post + "\r\nAuthorization: Bearer reader-0123456789", call), HasSubstr("idle"));
+  EXPECT_THAT(Ask("GET /metrics HTTP/1.1"), StartsWith("HTTP/1.1 401"));
+  EXPECT_THAT(Ask("GET /scans/1/mesh.ply HTTP/1.1"), StartsWith("HTTP/1.1 401"));
+  EXPECT_THAT(Ask("GET / HTTP/1.1"), StartsWith("HTTP/1.1 200"));
+}
+
+TEST(AccessTokens, MistakesAreFatalAndNamed) {
+  const TemporaryFolder folder;
+  const std::filesystem::path path = folder.path() / "tokens";
+  const auto write = [&](const std::string& text, int mode) {
+    std::ofstream(path) << text;
+    std::filesystem::permissions(path, std::filesystem::perms(mode));
+  };
+  for (const char* wrong : {"", "# nothing\n", "read\n", "read short\n", "root 0123456789abcdef\n", "read 0123456789abcdef more\n"}) {
+    write(wrong, 0600);
+    EXPECT_THROW(AccessTokens{path}, ConfigError) << wrong;
+  }
+  write("admin 0123456789abcdef\n", 0644);
+  EXPECT_THROW(AccessTokens{path}, FileError);
+  EXPECT_THROW(AccessTokens{folder.path() / "absent"}, FileError);
+  write("admin 0123456789abcdef\n", 0640);
+  EXPECT_EQ(AccessTokens(path).RoleOf("0123456789abcdef"), Role::kAdmin);
+  EXPECT_EQ(AccessTokens(path).RoleOf("0123456789abcdeg"), Role::kNone);
+  EXPECT_EQ(AccessTokens(path).RoleOf(""), Role::kNone);
+  EXPECT_EQ(AccessTokens(path).RoleOf("0123456789abcdef0123456789abcdef"), Role::kNone);
+}
 
 TEST_F(HttpTest, AnswersMethodsAndServesThePage) {
   const std::string call = R"({"jsonrpc":"2.0","id":5,"method":"station.status"})";

@@ -183,6 +183,21 @@ TEST_F(ServiceTest, TheEmergencyStopLatchesUntilReset) {
   EXPECT_EQ(ScanToEnd()["state"], "done");
 }
 
+TEST_F(ServiceTest, AnEmergencyStopDuringTheResetStaysLatched) {
+  std::promise<Json> answer;
+  OnIo([&] {
+    service_->methods().Handle(R"({"jsonrpc":"2.0","id":1,"method":"station.reset"})", *client_,
+                               [&](const std::string& text) { answer.set_value(Json::parse(text)); });
+    world_->SetEmergencyStop(true);
+    service_->OnLinesEvent();
+    world_->SetEmergencyStop(false);
+  });
+  answer.get_future().wait();
+  EXPECT_EQ(Call("station.status")["latched"], "the emergency stop is pressed");
+  EXPECT_EQ(ErrorName("scan.start"), "unsafe");
+  EXPECT_EQ(Call("station.reset")["latched"], "");
+}
+
 TEST_F(ServiceTest, DeviceFaultsAreToldInWordsAndMended) {
   Call("simulation.fault", {{"device", "turntable"}, {"fault", "off"}});
   const Json end = ScanToEnd();
