@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// This program's own open, access, stat, lstat and ioctl, which shared libraries find before the C library's: calls for the
-// mounted GPIO chip are answered here, all others go on to the kernel.
+// This program's own open, access, stat, lstat and ioctl, which shared libraries find before the C library's: calls for
+// the mounted GPIO chip are answered here, all others go on to the next library.
 #include "tests/sim/gpio_system_calls.h"
 
+#include <dlfcn.h>
 #include <fcntl.h>
 #include <linux/gpio.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
-#include <sys/syscall.h>
 #include <sys/sysmacros.h>
 #include <unistd.h>
 
@@ -37,8 +37,14 @@ int OpenNumberFile() {
   return fd;
 }
 
-int Status(const char* path, struct stat* status, int flags) {
-  if (!IsChip(path)) return fstatat(AT_FDCWD, path, status, flags);
+// What `name` would be without this file.
+template <typename Function>
+Function* Next(const char* name) {
+  return reinterpret_cast<Function*>(dlsym(RTLD_NEXT, name));
+}
+
+int Status(const char* name, const char* path, struct stat* status) {
+  if (!IsChip(path)) return Next<int(const char*, struct stat*)>(name)(path, status);
   std::memset(status, 0, sizeof *status);
   status->st_mode = S_IFCHR | 0600;
   status->st_rdev = makedev(kMajor, kMinor);
@@ -61,17 +67,19 @@ int open(const char* path, int flags, ...) {
   va_end(arguments);
   if (geond::sim::IsNumberFile(path)) return geond::sim::OpenNumberFile();
   if (geond::sim::IsChip(path)) path = "/dev/null";
-  return static_cast<int>(syscall(SYS_openat, AT_FDCWD, path, flags, mode));
+  static auto* const next = geond::sim::Next<int(const char*, int, ...)>("open");
+  return next(path, flags, mode);
 }
 
 int access(const char* path, int mode) noexcept {
   if (geond::sim::IsNumberFile(path) || geond::sim::IsChip(path)) return 0;
-  return static_cast<int>(syscall(SYS_faccessat, AT_FDCWD, path, mode));
+  static auto* const next = geond::sim::Next<int(const char*, int)>("access");
+  return next(path, mode);
 }
 
-int lstat(const char* path, struct stat* status) noexcept { return geond::sim::Status(path, status, AT_SYMLINK_NOFOLLOW); }
+int lstat(const char* path, struct stat* status) noexcept { return geond::sim::Status("lstat", path, status); }
 
-int stat(const char* path, struct stat* status) noexcept { return geond::sim::Status(path, status, 0); }
+int stat(const char* path, struct stat* status) noexcept { return geond::sim::Status("stat", path, status); }
 
 int ioctl(int fd, unsigned long request, ...) noexcept {
   va_list arguments;
@@ -79,7 +87,8 @@ int ioctl(int fd, unsigned long request, ...) noexcept {
   void* argument = va_arg(arguments, void*);
   va_end(arguments);
   geond::sim::FakeGpioChip* chip = geond::sim::mounted.load();
-  if (chip == nullptr || ((request >> 8) & 0xff) != 0xB4) return static_cast<int>(syscall(SYS_ioctl, fd, request, argument));
+  static auto* const next = geond::sim::Next<int(int, unsigned long, ...)>("ioctl");
+  if (chip == nullptr || ((request >> 8) & 0xff) != 0xB4) return next(fd, request, argument);
   const int result = chip->Ioctl(fd, request, argument);
   if (result >= 0) return result;
   errno = -result;
