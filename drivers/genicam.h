@@ -11,7 +11,8 @@
 #include <utility>
 #include <vector>
 
-// What a camera can be asked and told, by its own description (GenICam XML): features by name, down to bytes of registers.
+// What a camera can be asked and told, by its own description (GenICam XML): features by name, down to bytes of
+// registers.
 namespace geond::drivers::genicam {
 
 // The registers of the device. Both throw what the transport throws.
@@ -21,9 +22,9 @@ struct Memory {
 };
 
 // The features of one description. Understood are Integer, Float, Boolean, Enumeration, Command, String, IntReg,
-// MaskedIntReg, FloatReg, StringReg, IntConverter, Converter, IntSwissKnife and SwissKnife, through pValue, pAddress and
-// pIndex. What is not understood fails when it is used, naming the feature, not when the description is read.
-// All accesses throw DeviceError naming the feature and the cause.
+// MaskedIntReg, FloatReg, StringReg, IntConverter, Converter, IntSwissKnife and SwissKnife, through pValue, pAddress
+// and pIndex. What is not understood fails when it is used, naming the feature, not when the description is read. All
+// accesses throw DeviceError naming the feature and the cause.
 class Description {
  public:
   // Throws DeviceError if the text is no GenICam description.

@@ -22,7 +22,8 @@ std::int64_t ToInteger(double value) {
 template <typename T>
 class Formula {
  public:
-  Formula(std::string_view text, const std::function<T(const std::string&)>& variable) : text_(text), variable_(variable) {}
+  Formula(std::string_view text, const std::function<T(const std::string&)>& variable)
+      : text_(text), variable_(variable) {}
 
   T Evaluate() {
     const T value = Choice();
@@ -65,15 +66,16 @@ class Formula {
 
   // The operator at this level of precedence that comes next; empty if none. Longer ones first.
   std::string_view Operator(int level) {
-    static constexpr std::string_view kOperators[][5] = {{"||"}, {"&&"}, {"|"}, {"^"}, {"&"}, {"<>", "="},
-                                                         {"<=", ">=", "<", ">"}, {"<<", ">>"}, {"+", "-"}, {"*", "/", "%"}};
+    static constexpr std::string_view kOperators[][5] = {
+        {"||"},       {"&&"},     {"|"},          {"^"}, {"&"}, {"<>", "="}, {"<=", ">=", "<", ">"},
+        {"<<", ">>"}, {"+", "-"}, {"*", "/", "%"}};
     SkipSpace();
     const std::string_view rest = text_.substr(position_);
     for (std::string_view token : kOperators[level]) {
       if (token.empty() || !rest.starts_with(token)) continue;
       const std::string_view two = rest.substr(0, 2);
-      const bool longer = token.size() == 1 && (two == "||" || two == "&&" || two == "<<" || two == ">>" || two == "<>" ||
-                                                two == "<=" || two == ">=" || two == "**");
+      const bool longer = token.size() == 1 && (two == "||" || two == "&&" || two == "<<" || two == ">>" ||
+                                                two == "<>" || two == "<=" || two == ">=" || two == "**");
       if (longer) continue;
       position_ += token.size();
       return token;
@@ -121,7 +123,8 @@ class Formula {
   }
 
   T Arithmetic(char c, T a, T b) const {
-    if ((c == '/' || c == '%') && b == T{0}) throw std::domain_error("formula '" + std::string(text_) + "' divides by 0");
+    if ((c == '/' || c == '%') && b == T{0})
+      throw std::domain_error("formula '" + std::string(text_) + "' divides by 0");
     if constexpr (std::is_same_v<T, double>) {
       return c == '+' ? a + b : c == '-' ? a - b : c == '*' ? a * b : c == '/' ? a / b : std::fmod(a, b);
     } else {
@@ -219,7 +222,8 @@ class Formula {
 
 }  // namespace
 
-std::int64_t EvaluateInteger(std::string_view formula, const std::function<std::int64_t(const std::string&)>& variable) {
+std::int64_t EvaluateInteger(std::string_view formula,
+                             const std::function<std::int64_t(const std::string&)>& variable) {
   return Formula<std::int64_t>(formula, variable).Evaluate();
 }
 

@@ -61,7 +61,8 @@ GpioLines::GpioLines(GpioLinesOptions options) : options_(std::move(options)) {
   for (const Wire* a : wires) {
     for (const Wire* b : wires) {
       if (a < b && a->where && b->where && a->where->chip == b->where->chip && a->where->offset == b->where->offset) {
-        throw std::invalid_argument(std::string("gpio lines: ") + a->name + " and " + b->name + " are on the same line");
+        throw std::invalid_argument(std::string("gpio lines: ") + a->name + " and " + b->name +
+                                    " are on the same line");
       }
     }
   }
@@ -95,8 +96,8 @@ GpioLines::~GpioLines() {
 void GpioLines::Fail(const char* call, const Wire& wire, int error) {
   fault_ = std::string(wire.name) + ": " + std::strerror(error);
   throw DeviceError(kName, call,
-                    std::string(wire.name) + ", line " + std::to_string(wire.where->offset) + " of " + wire.where->chip +
-                        ": " + std::strerror(error),
+                    std::string(wire.name) + ", line " + std::to_string(wire.where->offset) + " of " +
+                        wire.where->chip + ": " + std::strerror(error),
                     Remedy(error));
 }
 

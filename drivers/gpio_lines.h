@@ -34,10 +34,10 @@ struct GpioLinesOptions {
   std::chrono::milliseconds debounce{20};  // an input counts as released only after it was quiet for so long
 };
 
-// The station's wires on GPIO lines. Outputs are off when it is made, when it is destroyed and when the process dies (as
-// far as the chip lets its lines go). An input that is pressed for an instant is seen by the next ReadEvents or inputs().
-// After a failed call nothing can be switched on until inputs() or ReadEvents has requested all lines anew, outputs off;
-// so a chip that vanished may come back. All methods from any thread.
+// The station's wires on GPIO lines. Outputs are off when it is made, when it is destroyed and when the process dies
+// (as far as the chip lets its lines go). An input that is pressed for an instant is seen by the next ReadEvents or
+// inputs(). After a failed call nothing can be switched on until inputs() or ReadEvents has requested all lines anew,
+// outputs off; so a chip that vanished may come back. All methods from any thread.
 class GpioLines final : public Lines {
  public:
   // Throws std::invalid_argument if two wires share a line, DeviceError naming wire and chip if one cannot be had.

@@ -24,7 +24,9 @@ constexpr unsigned kRequestTimeout = 500;  // ms
 
 struct FreeContext { void operator()(libusb_context* context) const { libusb_exit(context); } };
 struct CloseHandle { void operator()(libusb_device_handle* handle) const { libusb_close(handle); } };
-struct FreeConfig { void operator()(libusb_config_descriptor* config) const { libusb_free_config_descriptor(config); } };
+struct FreeConfig {
+  void operator()(libusb_config_descriptor* config) const { libusb_free_config_descriptor(config); }
+};
 struct FreeTransfer { void operator()(libusb_transfer* transfer) const { libusb_free_transfer(transfer); } };
 using Context = std::unique_ptr<libusb_context, FreeContext>;
 using Handle = std::unique_ptr<libusb_device_handle, CloseHandle>;
@@ -226,7 +228,8 @@ class LibusbPort final : public UsbPort {
 
 std::unique_ptr<UsbPort> OpenCamera(const std::string& wanted) {
   libusb_context* raw = nullptr;
-  if (const int error = libusb_init(&raw); error != 0) FailOpen(libusb_strerror(error), "Check that /dev/bus/usb is there");
+  if (const int error = libusb_init(&raw); error != 0)
+    FailOpen(libusb_strerror(error), "Check that /dev/bus/usb is there");
   Context context(raw);
   libusb_device** list = nullptr;
   const ssize_t count = libusb_get_device_list(context.get(), &list);
@@ -260,7 +263,8 @@ std::unique_ptr<UsbPort> OpenCamera(const std::string& wanted) {
   if (found.empty() && !denied.empty()) {
     FailOpen("a camera may not be opened (" + denied + ")", "Install geond's udev rule and plug the camera in again");
   }
-  if (found.empty() && wanted.empty()) FailOpen("no camera is there, it is unplugged", "Plug it in and reset the station");
+  if (found.empty() && wanted.empty())
+    FailOpen("no camera is there, it is unplugged", "Plug it in and reset the station");
   if (found.empty()) {
     FailOpen("camera " + wanted + " is not there, it is unplugged" + (seen.empty() ? "" : "; there is " + seen),
              "Plug it in and reset the station, or correct its name in the configuration");

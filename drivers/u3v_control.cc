@@ -35,7 +35,8 @@ constexpr std::size_t kPacket = 1024;  // of USB 3; a whole number of them never
 }  // namespace
 
 Ack ControlChannel::Transact(Command command, std::uint64_t address, ByteView data, std::size_t count) {
-  const std::string call = (command == Command::kReadMem ? "read register " : "write register ") + std::to_string(address);
+  const std::string call =
+      (command == Command::kReadMem ? "read register " : "write register ") + std::to_string(address);
   Bytes buffer((max_acknowledge_ + kPacket - 1) / kPacket * kPacket);
   std::string cause = "no answer in time";
   for (int attempt = 0; attempt < options_.tries; ++attempt) {
@@ -98,8 +99,12 @@ void ControlChannel::Write(std::uint64_t address, ByteView data) {
   }
 }
 
-std::uint32_t ControlChannel::Read32(std::uint64_t address) { return ReadLittleEndian<std::uint32_t>(Read(address, 4), 0); }
-std::uint64_t ControlChannel::Read64(std::uint64_t address) { return ReadLittleEndian<std::uint64_t>(Read(address, 8), 0); }
+std::uint32_t ControlChannel::Read32(std::uint64_t address) {
+  return ReadLittleEndian<std::uint32_t>(Read(address, 4), 0);
+}
+std::uint64_t ControlChannel::Read64(std::uint64_t address) {
+  return ReadLittleEndian<std::uint64_t>(Read(address, 8), 0);
+}
 
 std::string ControlChannel::ReadText(std::uint64_t address, std::size_t count) {
   const Bytes bytes = Read(address, count);
@@ -114,7 +119,8 @@ void ControlChannel::Write32(std::uint64_t address, std::uint32_t value) {
 
 void ControlChannel::Negotiate() {
   const std::chrono::milliseconds own(Read32(kResponseTime));
-  response_time_ = std::clamp(own, options_.response_time, std::max(options_.response_time, options_.longest_response_time));
+  response_time_ =
+      std::clamp(own, options_.response_time, std::max(options_.response_time, options_.longest_response_time));
   const std::uint64_t transport = Read64(kTransportRegisters);
   const std::size_t command = Read32(transport + kMaxCommand), acknowledge = Read32(transport + kMaxAcknowledge);
   stream_registers_ = Read64(transport + kStreamRegisters);

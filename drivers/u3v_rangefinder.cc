@@ -38,7 +38,8 @@ auto U3vRangefinder::Guarded(const Work& work) {
 }
 
 U3vRangefinder::U3vRangefinder(UsbOpener open, U3vRangefinderOptions options)
-    : open_(std::move(open)), options_(std::move(options)), info_{"rangefinder", "u3v", "", "", DeviceState::kAbsent, ""} {
+    : open_(std::move(open)), options_(std::move(options)), info_{"rangefinder",        "u3v", "", "",
+                                                                  DeviceState::kAbsent, ""} {
   memory_.read = [this](std::uint64_t address, std::size_t count) { return control_->Read(address, count); };
   memory_.write = [this](std::uint64_t address, std::span<const std::uint8_t> data) { control_->Write(address, data); };
   port_ = open_();

@@ -108,7 +108,8 @@ std::optional<Frame> StreamReader::Take(ByteView data, std::size_t posted) {
   shifted_ = shifted_ || place != reads - 1;
   Frame frame{*std::exchange(leader_, std::nullopt), *trailer, std::move(payload_)};
   payload_ = {};
-  if (const std::string fault = FrameFault(frame.leader, frame.trailer, frame.payload.size()); !fault.empty()) Fail(fault);
+  if (const std::string fault = FrameFault(frame.leader, frame.trailer, frame.payload.size()); !fault.empty())
+    Fail(fault);
   if (last_block_ && frame.leader.block_id > *last_block_ + 1) missed_ += frame.leader.block_id - *last_block_ - 1;
   last_block_ = frame.leader.block_id;
   return frame;

@@ -60,7 +60,9 @@ FakeCamera::FakeCamera(const SensorModel& sensor, std::function<RangeImage()> ta
   Put(kFeatures + kHeight, static_cast<std::uint64_t>(sensor_.rows), 4);
   Put(kFeatures + kPixelFormat, kC16, 4);
   Put(kFeatures + kInvalidFlag, 1, 4);
-  const auto real = [this](std::uint64_t at, double value) { Put(kFeatures + at, std::bit_cast<std::uint64_t>(value), 8); };
+  const auto real = [this](std::uint64_t at, double value) {
+    Put(kFeatures + at, std::bit_cast<std::uint64_t>(value), 8);
+  };
   real(kFocalLength, sensor_.focal_u);
   real(kPrincipalU, sensor_.center_u);
   real(kPrincipalV, sensor_.center_v);
@@ -80,7 +82,8 @@ void FakeCamera::Put(std::uint64_t address, std::uint64_t value, std::size_t siz
 }
 
 void FakeCamera::PutText(std::uint64_t address, const std::string& text) {
-  std::copy_n(text.begin(), std::min<std::size_t>(text.size(), 63), memory_.begin() + static_cast<std::ptrdiff_t>(address));
+  std::copy_n(text.begin(), std::min<std::size_t>(text.size(), 63),
+              memory_.begin() + static_cast<std::ptrdiff_t>(address));
 }
 
 void FakeCamera::UpdatePayloadSize() {

@@ -323,7 +323,9 @@ int Run(char** arguments) {
       "P: /devices/pci0/usb1\nN: bus/usb/001/001\nE: SUBSYSTEM=usb\nE: DRIVER=usb\nE: BUSNUM=001\nE: DEVNUM=001\n"
       "E: DEVNAME=/dev/bus/usb/001/001\nE: DEVTYPE=usb_device\nA: bConfigurationValue=1\\n\nA: busnum=1\\n\n"
       "A: devnum=1\\n\nA: speed=5000\\n\n"
-      "H: descriptors=12010003090003096b1d030001060302010109021f0001010ae0000904000001090000000705810304000c063000000200\n",
+      "H: "
+      "descriptors="
+      "12010003090003096b1d030001060302010109021f0001010ae0000904000001090000000705810304000c063000000200\n",
       nullptr);
   file.Plug();
   const std::string control = arguments[4];

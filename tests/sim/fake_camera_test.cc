@@ -40,7 +40,8 @@ SensorModel Sensor() {
 RangeImage ImageNumber(int number, int columns = kColumns, int rows = kRows) {
   RangeImage image{columns, rows, {}};
   for (int i = 0; i < columns * rows; ++i) {
-    image.depth.push_back(i % 7 == 0 ? NAN : 0.3f + 1e-5f * static_cast<float>(i % 1000) + 0.01f * static_cast<float>(number));
+    image.depth.push_back(
+        i % 7 == 0 ? NAN : 0.3f + 1e-5f * static_cast<float>(i % 1000) + 0.01f * static_cast<float>(number));
   }
   return image;
 }
@@ -78,7 +79,8 @@ class FakeCameraTest : public testing::Test {
     return options;
   }
   int taken_ = 0;
-  std::shared_ptr<FakeCamera> camera_ = std::make_shared<FakeCamera>(Sensor(), [this] { return ImageNumber(++taken_); });
+  std::shared_ptr<FakeCamera> camera_ =
+      std::make_shared<FakeCamera>(Sensor(), [this] { return ImageNumber(++taken_); });
 };
 
 TEST_F(FakeCameraTest, IsFoundAndDescribedByItsOwnAccount) {

@@ -176,7 +176,8 @@ TEST_F(GpioLinesTest, AFailedCallNamesTheWireAndTheNextLookMends) {
   GpioLines lines(Options());
   lines.SetLaser(true);
   chip_.FailCalls(1);
-  EXPECT_THAT(MessageOf([&] { lines.SetMotor(true); }), HasSubstr("motor, line 1 of /dev/gpiochip90: Input/output error"));
+  EXPECT_THAT(MessageOf([&] { lines.SetMotor(true); }),
+              HasSubstr("motor, line 1 of /dev/gpiochip90: Input/output error"));
   EXPECT_FALSE(lines.motor());
   EXPECT_FALSE(lines.inputs().emergency_stop);
   EXPECT_FALSE(chip_.level(kLaser));  // asked for anew, off

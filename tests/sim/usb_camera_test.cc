@@ -49,8 +49,8 @@ struct Outcome {
 };
 
 Outcome RunBelowFakePort(const std::string& control, const std::string& command) {
-  const std::string line = FakePort() + " " + kScene + " " + std::to_string(kColumns) + " " + std::to_string(kRows) + " " +
-                           control + " " + command + " 2>&1";
+  const std::string line = FakePort() + " " + kScene + " " + std::to_string(kColumns) + " " + std::to_string(kRows) +
+                           " " + control + " " + command + " 2>&1";
   Outcome outcome;
   FILE* pipe = popen(line.c_str(), "r");
   if (pipe == nullptr) return outcome;
