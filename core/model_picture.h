@@ -10,6 +10,6 @@ namespace geond {
 
 // An object model as the panels of a picture: cloud, mesh by charge, mesh by part, geons over the points. What the model
 // lacks is left out.
-Image ModelPicture(const ObjectModel& model, const std::string& title, const ObjectPictureOptions& options = {});
+Image ModelPicture(const ObjectModel& model, const std::string& title = {}, const ObjectPictureOptions& options = {});
 
 }  // namespace geond

@@ -12,9 +12,9 @@
 
 #include "core/base/error.h"
 #include "core/geometry/mesh_files.h"
+#include "core/model_picture.h"
 #include "daemon/durable_file.h"
 #include "daemon/exposure_file.h"
-#include "daemon/model_picture.h"
 
 namespace geond::daemon {
 namespace {
@@ -99,7 +99,7 @@ void ScanRecorder::Finish(const RecordedScan& scan, const ObjectModel& model, bo
   WriteMesh(model.mesh, folder_ / "mesh.ply",
             {{"charge", model.charge.density},
              {"part", {model.segmentation.labels.begin(), model.segmentation.labels.end()}}});
-  if (picture) WritePicture(model, {}, folder_ / "picture.png");
+  if (picture) WritePng(ModelPicture(model), folder_ / "picture.png");
   for (const fs::directory_entry& entry : fs::directory_iterator(folder_)) {
     if (entry.is_regular_file()) SyncFile(entry.path());
   }

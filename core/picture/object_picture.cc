@@ -189,8 +189,10 @@ void DrawGeonLegend(Canvas& canvas, const ObjectPictureData& data, const Layout&
   for (const ObjectPictureData::Geon& geon : data.geons)
     widest = std::max(widest, TextWidth(geon.label) * letter / 6.0);
   const double x0 = left + std::max(letter, 0.5 * (layout.panel_columns - widest - 2.0 * letter));
+  int row = 0;
   for (std::size_t i = 0; i < data.geons.size(); ++i) {
-    const double y = top + (1.9 * static_cast<double>(i) + 1.0) * letter;
+    if (data.geons[i].label.empty()) continue;  // a part without a shape
+    const double y = top + (1.9 * row++ + 1.0) * letter;
     canvas.FillRectangle(x0, y - 1.05 * letter, x0 + 1.1 * letter, y + 0.05 * letter, PartColor(static_cast<int>(i)));
     canvas.DrawText(data.geons[i].label, x0 + 2.0 * letter, y, letter, kInk);
   }
