@@ -14,7 +14,7 @@ std::string Label(const Geon& geon) {
   std::string name(GeonTypeName(geon.type));
   std::replace(name.begin(), name.end(), '_', ' ');
   char text[96];
-  std::snprintf(text, sizeof text, "%s %.0f x %.0f x %.0f mm", name.c_str(), 2e3 * geon.size.x(), 2e3 * geon.size.y(),
+  std::snprintf(text, sizeof text, "%s %.3g x %.3g x %.3g mm", name.c_str(), 2e3 * geon.size.x(), 2e3 * geon.size.y(),
                 2e3 * geon.size.z());
   return text;
 }
