@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/part_clouds.h"
 
-#include <cstdint>
-
-#include <nanoflann.hpp>
+#include "core/geometry/point_index.h"
 
 namespace geond {
 namespace {
@@ -11,34 +9,6 @@ namespace {
 constexpr int kFewestPoints = 30;
 // A part keeps the points beside its cuts if without them less than this share is left.
 constexpr double kLeastShare = 0.5;
-
-// Points as nanoflann wants to see them.
-struct PointsAdaptor {
-  const std::vector<Eigen::Vector3d>& points;
-  std::size_t kdtree_get_point_count() const { return points.size(); }
-  double kdtree_get_pt(std::size_t i, std::size_t axis) const { return points[i][static_cast<int>(axis)]; }
-  template <class Box>
-  bool kdtree_get_bbox(Box&) const { return false; }
-};
-
-class NearestPoint {
- public:
-  explicit NearestPoint(const std::vector<Eigen::Vector3d>& points)
-      : adaptor_{points}, tree_(3, adaptor_, nanoflann::KDTreeSingleIndexAdaptorParams(10)) {
-    tree_.buildIndex();
-  }
-  // Index of the nearest point and the squared distance to it.
-  std::pair<std::uint32_t, double> operator()(const Eigen::Vector3d& p) const {
-    std::uint32_t index = 0;
-    double squared_distance = 0.0;
-    tree_.knnSearch(p.data(), 1, &index, &squared_distance);
-    return {index, squared_distance};
-  }
-
- private:
-  PointsAdaptor adaptor_;
-  nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, PointsAdaptor>, PointsAdaptor, 3> tree_;
-};
 
 // The middles of the edges between triangles of different labels.
 std::vector<Eigen::Vector3d> CutPoints(const TriangleMesh& mesh, const std::vector<int>& labels) {
@@ -60,21 +30,23 @@ std::vector<PointCloud> PartClouds(const PointCloud& cloud, const TriangleMesh& 
                                    const PartSegmentation& segmentation) {
   std::vector<Eigen::Vector3d> centroids(mesh.triangles.size());
   for (std::size_t t = 0; t < centroids.size(); ++t) centroids[t] = TriangleCentroid(mesh, static_cast<int>(t));
-  const NearestPoint nearest_triangle(centroids);
+  const PointIndex triangles(centroids);
   const std::vector<Eigen::Vector3d> cut = CutPoints(mesh, segmentation.labels);
-  const NearestPoint nearest_cut(cut);
+  const PointIndex cuts(cut);
   const double band = MeanEdgeLength(mesh);
 
   PointCloud oriented = cloud;
   if (!cloud.has_normals()) oriented.normals.resize(cloud.size());
   std::vector<std::vector<int>> all(segmentation.n_parts), away_from_cuts(segmentation.n_parts);
   for (std::size_t i = 0; i < cloud.size(); ++i) {
-    const int triangle = static_cast<int>(nearest_triangle(cloud.points[i]).first);
+    const int triangle = triangles.Nearest(cloud.points[i], 1).front().first;
     if (!cloud.has_normals()) oriented.normals[i] = TriangleAreaVector(mesh, triangle).stableNormalized();
     const int label = segmentation.labels[triangle];
     if (label < 0) continue;
     all[label].push_back(static_cast<int>(i));
-    if (cut.empty() || nearest_cut(cloud.points[i]).second > band * band) away_from_cuts[label].push_back(static_cast<int>(i));
+    if (cut.empty() || cuts.Nearest(cloud.points[i], 1).front().second > band * band) {
+      away_from_cuts[label].push_back(static_cast<int>(i));
+    }
   }
 
   std::vector<PointCloud> parts;

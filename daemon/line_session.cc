@@ -91,7 +91,7 @@ void LineSession::Close() {
   socket_.shutdown(Socket::shutdown_both, ignored);
   socket_.close(ignored);
   if (events_.on_end) events_.on_end();
-  // Callbacks may hold what holds this session; let go after they have returned.
+  // Callbacks may own what owns a session; let go after they have returned.
   asio::post(socket_.get_executor(), [self = shared_from_this()] { self->events_ = {}; });
 }
 

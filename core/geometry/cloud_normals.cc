@@ -2,27 +2,16 @@
 #include "core/geometry/cloud_normals.h"
 
 #include <cmath>
-#include <cstdint>
 #include <numbers>
 #include <stdexcept>
 
 #include <Eigen/Eigenvalues>
-#include <nanoflann.hpp>
 
 #include "core/base/parallel.h"
+#include "core/geometry/point_index.h"
 
 namespace geond {
 namespace {
-
-struct PointsAdaptor {
-  const std::vector<Eigen::Vector3d>& points;
-  std::size_t kdtree_get_point_count() const { return points.size(); }
-  double kdtree_get_pt(std::size_t i, std::size_t axis) const { return points[i][static_cast<int>(axis)]; }
-  template <class Box>
-  bool kdtree_get_bbox(Box&) const { return false; }
-};
-
-using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, PointsAdaptor>, PointsAdaptor, 3>;
 
 // Directions spread over the upper half sphere (Fibonacci).
 std::vector<Eigen::Vector3d> HalfSphere(int count) {
@@ -41,20 +30,16 @@ PointCloud EstimateCloudNormals(PointCloud cloud, int neighbors, int threads) {
   if (static_cast<int>(cloud.size()) < neighbors || neighbors < 3) {
     throw std::invalid_argument("EstimateCloudNormals: " + std::to_string(cloud.size()) + " points are too few");
   }
-  const PointsAdaptor adaptor{cloud.points};
-  Tree tree(3, adaptor, nanoflann::KDTreeSingleIndexAdaptorParams(16));
-  tree.buildIndex();
+  const PointIndex index(cloud.points);
   cloud.normals.resize(cloud.size());
   cloud.normal_residuals.resize(cloud.size());
   ParallelFor(static_cast<std::ptrdiff_t>(cloud.size()), threads, 256, [&](std::ptrdiff_t i) {
-    std::vector<std::uint32_t> index(neighbors);
-    std::vector<double> squared_distance(neighbors);
-    tree.knnSearch(cloud.points[i].data(), neighbors, index.data(), squared_distance.data());
+    const PointIndex::Neighbors near = index.Nearest(cloud.points[i], neighbors);
     Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-    for (std::uint32_t j : index) mean += cloud.points[j];
+    for (const auto& [j, squared_distance] : near) mean += cloud.points[j];
     mean /= neighbors;
     Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
-    for (std::uint32_t j : index) scatter += (cloud.points[j] - mean) * (cloud.points[j] - mean).transpose();
+    for (const auto& [j, squared_distance] : near) scatter += (cloud.points[j] - mean) * (cloud.points[j] - mean).transpose();
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(scatter);
     cloud.normals[i] = eigen.eigenvectors().col(0).normalized();
     cloud.normal_residuals[i] = std::sqrt(std::max(0.0, eigen.eigenvalues()[0]) / neighbors);
@@ -79,16 +64,10 @@ Eigen::Vector3d GuessViewingSide(const PointCloud& cloud) {
   std::vector<int> kept;
   for (std::size_t i = 0; i < cloud.size(); i += step) kept.push_back(static_cast<int>(i));
   const PointCloud thin = Select(cloud, kept);
-  const PointsAdaptor adaptor{thin.points};
-  Tree tree(3, adaptor, nanoflann::KDTreeSingleIndexAdaptorParams(16));
-  tree.buildIndex();
-  const std::size_t wanted = std::min<std::size_t>(kNeighbors, thin.size());
+  const PointIndex index(thin.points);
   std::vector<std::pair<int, int>> pairs;
   for (std::size_t i = 0; i < thin.size(); ++i) {
-    std::vector<std::uint32_t> index(wanted);
-    std::vector<double> squared_distance(wanted);
-    const std::size_t found = tree.knnSearch(thin.points[i].data(), wanted, index.data(), squared_distance.data());
-    for (std::size_t k = 0; k < found; ++k) pairs.emplace_back(static_cast<int>(i), static_cast<int>(index[k]));
+    for (const auto& [j, squared_distance] : index.Nearest(thin.points[i], kNeighbors)) pairs.emplace_back(static_cast<int>(i), j);
   }
 
   Eigen::Vector3d best = Eigen::Vector3d::UnitZ();

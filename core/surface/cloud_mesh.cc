@@ -14,7 +14,7 @@
 #include "core/geometry/cloud_normals.h"
 #include "core/surface/field_mesh.h"
 #include "core/surface/orient_cloud.h"
-#include "core/surface/point_index.h"
+#include "core/geometry/point_index.h"
 #include "core/surface/tessellate.h"
 #include "core/surface/winding_field.h"
 #include "core/surface/winding_number.h"

@@ -8,7 +8,7 @@
 
 #include "core/geometry/point_cloud.h"
 #include "core/range/range_view.h"
-#include "core/surface/point_index.h"
+#include "core/geometry/point_index.h"
 
 namespace geond {
 

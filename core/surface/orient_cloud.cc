@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/base/parallel.h"
-#include "core/surface/point_index.h"
+#include "core/geometry/point_index.h"
 
 namespace geond {
 namespace {

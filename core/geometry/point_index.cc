@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/surface/point_index.h"
+#include "core/geometry/point_index.h"
 
 #include <algorithm>
 
