@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/object_model.h"
 
-#include <array>
 #include <chrono>
-#include <cmath>
-#include <set>
 #include <stdexcept>
 
 #include "core/geometry/cloud_normals.h"
@@ -84,38 +81,6 @@ void DescribeOnePart(ObjectModel& model, const ModelOptions& options, Steps& ste
   model.description = DescribeParts(model.mesh, model.segmentation, model.part_clouds, model.fits);
 }
 
-// The share of directions (the 26 of a cube's faces, edges and corners) in which points lie as seen from their middle.
-double CoverageOfDirections(const std::vector<Eigen::Vector3d>& points, const Eigen::Vector3d& middle) {
-  std::set<std::array<int, 3>> seen;
-  for (const Eigen::Vector3d& p : points) {
-    const Eigen::Vector3d d = (p - middle) / std::max((p - middle).cwiseAbs().maxCoeff(), 1e-300);
-    seen.insert({static_cast<int>(std::lround(d.x())), static_cast<int>(std::lround(d.y())), static_cast<int>(std::lround(d.z()))});
-  }
-  return static_cast<double>(seen.size()) / 26.0;
-}
-
-// Outward normals for a cloud that could not be closed. One that goes round its middle: away from there. One side of a body:
-// towards the sensor, at the origin if that lies well away from the points, else on the side that makes a body of it.
-PointCloud WithOutwardNormals(const PointCloud& cloud, std::vector<std::string>& notes) {
-  if (cloud.has_normals()) return cloud;
-  PointCloud oriented = EstimateCloudNormals(cloud);
-  const Eigen::AlignedBox3d box = BoundingBox(cloud.points);
-  const double diagonal = box.diagonal().norm();
-  if (CoverageOfDirections(cloud.points, box.center()) > 0.9) {
-    notes.push_back("normals estimated, turned away from the middle");
-    for (std::size_t i = 0; i < oriented.size(); ++i) {
-      if (oriented.normals[i].dot(oriented.points[i] - box.center()) < 0.0) oriented.normals[i] = -oriented.normals[i];
-    }
-    return oriented;
-  }
-  if (box.exteriorDistance(Eigen::Vector3d::Zero()) > 0.5 * diagonal) {
-    notes.push_back("normals estimated, turned to a sensor at the origin");
-    return OrientTowards(std::move(oriented), Eigen::Vector3d::Zero());
-  }
-  notes.push_back("normals estimated, turned to the side that makes a body of it");
-  return OrientTowards(oriented, box.center() + 1e3 * diagonal * GuessViewingSide(oriented));
-}
-
 bool SuitsChargeSolve(const TriangleMesh& mesh) {
   const int n = static_cast<int>(mesh.triangles.size());
   return n >= kFewestTriangles && n <= kMostTriangles && MinAngle(mesh) >= kLeastAngle;
@@ -154,7 +119,7 @@ ObjectModel BuildObjectModel(const PointCloud& cloud, const ModelOptions& option
   } catch (const std::invalid_argument& refusal) {
     // What cannot be closed (one side of a body, say) can still be one part.
     notes.push_back(std::string(refusal.what()) + "; described as one part");
-    model.cloud = WithOutwardNormals(cloud, notes);
+    model.cloud = WithOutwardNormals(cloud, &notes);
   }
   if (model.mesh.empty()) {
     DescribeOnePart(model, options, step);

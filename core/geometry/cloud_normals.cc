@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/geometry/cloud_normals.h"
 
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <set>
 #include <stdexcept>
 
 #include <Eigen/Eigenvalues>
@@ -22,6 +24,16 @@ std::vector<Eigen::Vector3d> HalfSphere(int count) {
     directions.push_back({radius * std::cos(angle), radius * std::sin(angle), z});
   }
   return directions;
+}
+
+// The share of directions (the 26 of a cube's faces, edges and corners) in which points lie as seen from their middle.
+double CoverageOfDirections(const std::vector<Eigen::Vector3d>& points, const Eigen::Vector3d& middle) {
+  std::set<std::array<int, 3>> seen;
+  for (const Eigen::Vector3d& p : points) {
+    const Eigen::Vector3d d = (p - middle) / std::max((p - middle).cwiseAbs().maxCoeff(), 1e-300);
+    seen.insert({static_cast<int>(std::lround(d.x())), static_cast<int>(std::lround(d.y())), static_cast<int>(std::lround(d.z()))});
+  }
+  return static_cast<double>(seen.size()) / 26.0;
 }
 
 }  // namespace
@@ -98,6 +110,29 @@ Eigen::Vector3d GuessViewingSide(const PointCloud& cloud) {
     bulge += sign * thin.normals[i].dot(thin.points[i] - mean);
   }
   return bulge < 0.0 ? Eigen::Vector3d(-best) : best;
+}
+
+PointCloud WithOutwardNormals(const PointCloud& cloud, std::vector<std::string>* notes) {
+  if (cloud.has_normals()) return cloud;
+  const auto note = [&](const char* text) {
+    if (notes) notes->push_back(text);
+  };
+  PointCloud oriented = EstimateCloudNormals(cloud);
+  const Eigen::AlignedBox3d box = BoundingBox(cloud.points);
+  const double diagonal = box.diagonal().norm();
+  if (CoverageOfDirections(cloud.points, box.center()) > 0.9) {
+    note("normals estimated, turned away from the middle");
+    for (std::size_t i = 0; i < oriented.size(); ++i) {
+      if (oriented.normals[i].dot(oriented.points[i] - box.center()) < 0.0) oriented.normals[i] = -oriented.normals[i];
+    }
+    return oriented;
+  }
+  if (box.exteriorDistance(Eigen::Vector3d::Zero()) > 0.5 * diagonal) {
+    note("normals estimated, turned to a sensor at the origin");
+    return OrientTowards(std::move(oriented), Eigen::Vector3d::Zero());
+  }
+  note("normals estimated, turned to the side that makes a body of it");
+  return OrientTowards(oriented, box.center() + 1e3 * diagonal * GuessViewingSide(oriented));
 }
 
 }  // namespace geond

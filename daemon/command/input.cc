@@ -6,6 +6,7 @@
 #include "calib/conf_scan.h"
 #include "calib/make_view.h"
 #include "core/base/error.h"
+#include "core/geometry/cloud_normals.h"
 #include "core/geometry/sample_mesh.h"
 
 namespace geond::daemon {
@@ -89,11 +90,7 @@ const TriangleMesh& MeshOf(const Input& input) {
 PointCloud PointsOf(const Input& input, std::stop_token stop, const StepObserver& on_step) {
   if (input.scan) return IntegrateViews(ViewsOf(*input.scan, {}, stop, on_step).views, {}, stop);
   if (input.is_mesh()) return SampleMesh(input.file.mesh, kPointsOfMesh);
-  if (!input.file.cloud.has_normals()) {
-    throw FileError(input.name, "read", "its points have no normals",
-                    "Give points with normals, a mesh, or run `geon mesh` on it first");
-  }
-  return input.file.cloud;
+  return WithOutwardNormals(input.file.cloud);
 }
 
 }  // namespace geond::daemon

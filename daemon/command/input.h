@@ -41,8 +41,8 @@ ObjectModel BuildModelOf(const Input& input, const ModelOptions& options, std::s
 // The mesh of an input that must be one. Throws FileError.
 const TriangleMesh& MeshOf(const Input& input);
 
-// Points with normals of an input that is a cloud, a mesh (points spread over it) or a scan (its merged views). Throws FileError if
-// a cloud has no normals.
+// Points with outward normals (estimated if a cloud has none) of an input that is a cloud, a mesh (points spread over it) or
+// a scan (its merged views).
 PointCloud PointsOf(const Input& input, std::stop_token stop, const StepObserver& on_step);
 
 }  // namespace geond::daemon

@@ -45,5 +45,24 @@ TEST(GuessViewingSide, IsThePoleOfACapSeenFromOutside) {
   }
 }
 
+TEST(WithOutwardNormals, PointOutOfABallAndTowardsASensorFarFromOneSide) {
+  PointCloud ball = SphereCap({0, 0, 1});
+  for (const Eigen::Vector3d& p : SphereCap({0, 0, -1}).points) ball.points.push_back(p);
+  for (int i = 0; i < 3000; ++i) {
+    const double z = 0.5 - (i + 0.5) / 3000, radius = std::sqrt(1.0 - z * z);
+    ball.points.push_back({radius * std::cos(2.399963 * i), radius * std::sin(2.399963 * i), z});
+  }
+  const PointCloud round = WithOutwardNormals(ball);
+  for (std::size_t i = 0; i < round.size(); ++i) EXPECT_GT(round.normals[i].dot(round.points[i]), 0.8);
+
+  std::vector<std::string> notes;
+  PointCloud cap = SphereCap({0, 0, -1});  // looked at from below, the sensor at the origin
+  for (Eigen::Vector3d& p : cap.points) p.z() += 10.0;
+  const PointCloud seen = WithOutwardNormals(cap, &notes);
+  for (std::size_t i = 0; i < seen.size(); ++i) EXPECT_LT(seen.normals[i].dot(seen.points[i]), 0.0);
+  ASSERT_EQ(notes.size(), 1u);
+  EXPECT_NE(notes[0].find("origin"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace geond
