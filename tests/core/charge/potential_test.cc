@@ -30,7 +30,9 @@ struct Random {
 TEST(TrianglePotential, AgreesWithFortyDigitsWhereverThePointLies) {
   std::ifstream file(GEOND_TEST_DATA "/potential.json");
   ASSERT_TRUE(file);
-  for (const auto& placed : nlohmann::json::parse(file)["cases"]) {
+  const nlohmann::json json = nlohmann::json::parse(file);
+  ASSERT_EQ(json.at("cases").size(), 30u);
+  for (const auto& placed : json.at("cases")) {
     const double exact = std::stod(placed["value"].get<std::string>());
     const double value =
         TrianglePotential(ToVector(placed["r"]), ToVector(placed["v"][0]), ToVector(placed["v"][1]), ToVector(placed["v"][2]));
