@@ -14,7 +14,7 @@ struct Side {
   Eigen::Vector3d moment = Eigen::Vector3d::Zero();
   double area = 0.0;
 
-  void Add(const PartSurface& surface, int t) {
+  void Add(const SurfaceGraph& surface, int t) {
     area_vector += surface.area_vectors[t];
     moment += surface.areas[t] * surface.centroids[t];
     area += surface.areas[t];
@@ -31,18 +31,18 @@ double Between(const Side& a, const Side& b) {
 
 }  // namespace
 
-double ConcavityBetweenLabels(const PartSurface& surface, BallWalk& walk, const SurfaceEdge& edge,
+double ConcavityBetweenLabels(const SurfaceGraph& surface, BallWalk& walk, const SurfaceEdge& edge,
                               const std::vector<int>& labels, double radius) {
-  const int label_a = labels[edge.triangle], label_b = labels[edge.other];
+  const int label_a = labels[edge.from], label_b = labels[edge.to];
   Eigen::Vector3d facing =
-      surface.area_vectors[edge.triangle].stableNormalized() + surface.area_vectors[edge.other].stableNormalized();
-  const std::vector<int>& ball = walk.Collect(edge.triangle, edge.other, edge.middle, radius);
+      surface.area_vectors[edge.from].stableNormalized() + surface.area_vectors[edge.to].stableNormalized();
+  const std::vector<int>& ball = walk.Collect(edge.from, edge.to, surface.middles[edge.arc], radius);
   for (int pass = 0; pass < 2; ++pass) {  // the facing from the near half of the ball, then the sides
     Side a, b;
     const double limit = pass == 0 ? 0.25 * radius * radius : radius * radius;
     for (int t : ball) {
-      if (t != edge.triangle && t != edge.other) {
-        if ((surface.centroids[t] - edge.middle).squaredNorm() > limit) continue;
+      if (t != edge.from && t != edge.to) {
+        if ((surface.centroids[t] - surface.middles[edge.arc]).squaredNorm() > limit) continue;
         if (surface.area_vectors[t].dot(facing) <= 0.0) continue;
       }
       if (labels[t] == label_a) a.Add(surface, t);
@@ -54,18 +54,18 @@ double ConcavityBetweenLabels(const PartSurface& surface, BallWalk& walk, const 
   return 0.0;
 }
 
-double ConcavityAcross(const PartSurface& surface, BallWalk& walk, const SurfaceEdge& edge, double radius) {
-  const Eigen::Vector3d across = surface.centroids[edge.other] - surface.centroids[edge.triangle];
+double ConcavityAcross(const SurfaceGraph& surface, BallWalk& walk, const SurfaceEdge& edge, double radius) {
+  const Eigen::Vector3d across = surface.centroids[edge.to] - surface.centroids[edge.from];
   const Eigen::Vector3d facing =
-      surface.area_vectors[edge.triangle].stableNormalized() + surface.area_vectors[edge.other].stableNormalized();
+      surface.area_vectors[edge.from].stableNormalized() + surface.area_vectors[edge.to].stableNormalized();
   Side a, b;
-  for (int t : walk.Collect(edge.triangle, edge.other, edge.middle, radius)) {
-    if (t == edge.triangle) {
+  for (int t : walk.Collect(edge.from, edge.to, surface.middles[edge.arc], radius)) {
+    if (t == edge.from) {
       a.Add(surface, t);
-    } else if (t == edge.other) {
+    } else if (t == edge.to) {
       b.Add(surface, t);
     } else if (surface.area_vectors[t].dot(facing) > 0.0) {
-      ((surface.centroids[t] - edge.middle).dot(across) < 0.0 ? a : b).Add(surface, t);
+      ((surface.centroids[t] - surface.middles[edge.arc]).dot(across) < 0.0 ? a : b).Add(surface, t);
     }
   }
   return Between(a, b);

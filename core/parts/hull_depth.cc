@@ -24,7 +24,7 @@ std::vector<Eigen::Vector3d> SpiralDirections(int count) {
 
 }  // namespace
 
-double GreatestHullDepth(const PartSurface& surface, double normal_radius) {
+double GreatestHullDepth(const SurfaceGraph& surface, double normal_radius) {
   constexpr int kDirections = 600;
   const std::vector<Eigen::Vector3d>& x = surface.centroids;
   std::vector<double> depth(x.size(), std::numeric_limits<double>::infinity());

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "core/parts/part_surface.h"
+#include "core/parts/surface_graph.h"
 
 namespace geond {
 
 // The greatest depth of the surface under its convex hull, m: 0 for a convex body. The hull is taken as the meeting of
 // half-spaces: over a fixed set of directions and, where the depth still counts, over the surface's own pooled normal.
-double GreatestHullDepth(const PartSurface& surface, double normal_radius);
+double GreatestHullDepth(const SurfaceGraph& surface, double normal_radius);
 
 }  // namespace geond

@@ -150,27 +150,27 @@ int NumberAnew(std::vector<int>& labels) {
 
 }  // namespace
 
-std::vector<RegionBoundary> MeasureBoundaries(const PartSurface& surface, const std::vector<int>& labels,
+std::vector<RegionBoundary> MeasureBoundaries(const SurfaceGraph& surface, const std::vector<int>& labels,
                                               const std::vector<double>& charge, const MergeSettings& settings) {
   std::map<std::pair<int, int>, RegionBoundary> boundaries;
   BallWalk walk(surface);
   for (const SurfaceEdge& edge : CollectEdges(surface, [&](int t, int u) { return labels[t] != labels[u]; })) {
-    const int a = std::min(labels[edge.triangle], labels[edge.other]);
-    const int b = std::max(labels[edge.triangle], labels[edge.other]);
+    const int a = std::min(labels[edge.from], labels[edge.to]);
+    const int b = std::max(labels[edge.from], labels[edge.to]);
     RegionBoundary& boundary = boundaries[{a, b}];
     boundary.a = a;
     boundary.b = b;
     const double concavity = ConcavityBetweenLabels(surface, walk, edge, labels, settings.radius);
-    boundary.length += edge.length;
-    boundary.concavity += edge.length * std::max(concavity, settings.convex_clip);
-    boundary.charge += 0.5 * edge.length * (charge[edge.triangle] + charge[edge.other]);
+    boundary.length += surface.lengths[edge.arc];
+    boundary.concavity += surface.lengths[edge.arc] * std::max(concavity, settings.convex_clip);
+    boundary.charge += 0.5 * surface.lengths[edge.arc] * (charge[edge.from] + charge[edge.to]);
   }
   std::vector<RegionBoundary> list;
   for (const auto& [pair, boundary] : boundaries) list.push_back(boundary);
   return list;
 }
 
-void MergeRegions(const PartSurface& surface, const std::vector<double>& charge, const MergeSettings& settings,
+void MergeRegions(const SurfaceGraph& surface, const std::vector<double>& charge, const MergeSettings& settings,
                   std::vector<int>& labels, std::stop_token stop) {
   for (bool absorb = false;;) {
     ThrowIfStopped(stop);

@@ -4,7 +4,7 @@
 #include <stop_token>
 #include <vector>
 
-#include "core/parts/part_surface.h"
+#include "core/parts/surface_graph.h"
 
 namespace geond {
 
@@ -28,14 +28,14 @@ struct RegionBoundary {
 };
 
 // All boundaries between labels, in order of (a, b). `charge` a triangle, averaged over balls.
-std::vector<RegionBoundary> MeasureBoundaries(const PartSurface& surface, const std::vector<int>& labels,
+std::vector<RegionBoundary> MeasureBoundaries(const SurfaceGraph& surface, const std::vector<int>& labels,
                                               const std::vector<double>& charge, const MergeSettings& settings);
 
 // Dissolves the boundaries whose strength is below the threshold, measuring anew until there is none; then small
 // regions. The order is that of strength + contrast_weight * contrast - share_weight * share: contrast is how far the
 // charge along the boundary lies below that of the lesser region, share the boundary's part of the shorter of the two
 // rims. Labels are numbered anew from 0 in the order of the surface.
-void MergeRegions(const PartSurface& surface, const std::vector<double>& charge, const MergeSettings& settings,
+void MergeRegions(const SurfaceGraph& surface, const std::vector<double>& charge, const MergeSettings& settings,
                   std::vector<int>& labels, std::stop_token stop = {});
 
 }  // namespace geond

@@ -12,60 +12,64 @@
 namespace geond {
 
 std::vector<PartBoundary> ReportBoundaries(const PartSurface& surface, const std::vector<int>& labels,
-                                           const std::vector<double>& averaged) {
+                                           const Patches& patches, const std::vector<double>& averaged) {
+  const SurfaceGraph& graph = surface.graph;
   // How often each vertex ends an edge of a boundary: closed loops have even counts alone.
+  std::map<std::pair<int, int>, PartBoundary> boundaries;
   std::map<std::pair<int, int>, std::map<int, int>> ends;
-  for (const SurfaceEdge& edge : CollectEdges(surface, [&](int t, int u) { return labels[t] != labels[u]; })) {
-    const std::pair<int, int> pair = std::minmax(labels[edge.triangle], labels[edge.other]);
-    const TriangleMesh::Triangle& t = surface.mesh.triangles[edge.triangle];
-    ++ends[pair][t[edge.side]];
-    ++ends[pair][t[(edge.side + 1) % 3]];
+  for (const SurfaceEdge& edge : CollectEdges(graph, [&](int t, int u) { return labels[t] != labels[u]; })) {
+    const std::pair<int, int> pair = std::minmax(labels[edge.from], labels[edge.to]);
+    if (pair.first < 0) continue;
+    for (int vertex : surface.arc_ends[edge.arc]) ++ends[pair][vertex];
+    PartBoundary& boundary = boundaries[pair];
+    boundary.a = pair.first;
+    boundary.b = pair.second;
+    boundary.length += graph.lengths[edge.arc];
   }
+  for (auto& [pair, boundary] : boundaries) {
+    boundary.closed = std::ranges::all_of(ends[pair], [](const auto& count) { return count.second % 2 == 0; });
+  }
+
+  const std::vector<int> labels_of = LabelsOfPatches(graph, patches, labels);
   const int n_parts = labels.empty() ? 0 : 1 + *std::max_element(labels.begin(), labels.end());
   std::vector<double> charge_of(n_parts, 0.0), area_of(n_parts, 0.0);
-  for (int t = 0; t < surface.n(); ++t) {
-    if (labels[t] < 0) continue;
-    charge_of[labels[t]] += surface.areas[t] * averaged[t];
-    area_of[labels[t]] += surface.areas[t];
+  for (int p = 0; p < patches.graph.n(); ++p) {
+    if (labels_of[p] < 0) continue;
+    charge_of[labels_of[p]] += patches.graph.areas[p] * averaged[p];
+    area_of[labels_of[p]] += patches.graph.areas[p];
   }
   MergeSettings settings;
-  settings.radius = std::max(0.04 * surface.size, 1.5 * surface.edge);
+  settings.radius = std::max(0.04 * patches.graph.size, 1.5 * patches.graph.edge);
   settings.convex_clip = -1.0;
-  std::vector<PartBoundary> boundaries;
-  for (const RegionBoundary& region : MeasureBoundaries(surface, labels, averaged, settings)) {
-    if (region.a < 0) continue;
-    PartBoundary boundary;
-    boundary.a = region.a;
-    boundary.b = region.b;
-    boundary.length = region.length;
-    boundary.strength = region.strength();
-    const auto& counts = ends[{region.a, region.b}];
-    boundary.closed = std::all_of(counts.begin(), counts.end(), [](const auto& c) { return c.second % 2 == 0; });
+  for (const RegionBoundary& region : MeasureBoundaries(patches.graph, labels_of, averaged, settings)) {
+    const auto at = boundaries.find({region.a, region.b});
+    if (at == boundaries.end() || region.length <= 0.0) continue;
+    at->second.strength = region.strength();
     const double lesser = std::min(charge_of[region.a] / area_of[region.a], charge_of[region.b] / area_of[region.b]);
-    if (lesser > 0.0 && region.length > 0.0) {
-      boundary.contrast = std::clamp(1.0 - region.charge / region.length / lesser, -1.0, 1.0);
-    }
-    boundaries.push_back(boundary);
+    if (lesser > 0.0) at->second.contrast = std::clamp(1.0 - region.charge / region.length / lesser, -1.0, 1.0);
   }
-  return boundaries;
+  std::vector<PartBoundary> list;
+  for (const auto& [pair, boundary] : boundaries) list.push_back(boundary);
+  return list;
 }
 
 std::vector<double> ReportSignificance(const PartSurface& surface, const std::vector<int>& labels, int n_parts,
-                                       const std::vector<double>& averaged) {
+                                       const Patches& patches, const std::vector<double>& averaged) {
+  const SurfaceGraph& graph = surface.graph;
   std::vector<double> length(n_parts, 0.0), charge(n_parts, 0.0), significance(n_parts, 1.0);
-  for (const SurfaceEdge& edge : CollectEdges(surface, [&](int t, int u) { return labels[t] != labels[u]; })) {
-    for (int part : {labels[edge.triangle], labels[edge.other]}) {
+  for (const SurfaceEdge& edge : CollectEdges(graph, [&](int t, int u) { return labels[t] != labels[u]; })) {
+    for (int part : {labels[edge.from], labels[edge.to]}) {
       if (part < 0) continue;
-      length[part] += edge.length;
-      charge[part] += 0.5 * edge.length * (averaged[edge.triangle] + averaged[edge.other]);
+      length[part] += graph.lengths[edge.arc];
+      charge[part] += 0.5 * graph.lengths[edge.arc] * (averaged[patches.of[edge.from]] + averaged[patches.of[edge.to]]);
     }
   }
   std::vector<std::vector<std::pair<double, double>>> values(n_parts);  // charge, area
   std::vector<double> areas(n_parts, 0.0);
-  for (int t = 0; t < surface.n(); ++t) {
+  for (int t = 0; t < graph.n(); ++t) {
     if (labels[t] < 0) continue;
-    values[labels[t]].push_back({averaged[t], surface.areas[t]});
-    areas[labels[t]] += surface.areas[t];
+    values[labels[t]].push_back({averaged[patches.of[t]], graph.areas[t]});
+    areas[labels[t]] += graph.areas[t];
   }
   for (int part = 0; part < n_parts; ++part) {
     if (length[part] <= 0.0) continue;

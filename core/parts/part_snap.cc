@@ -21,36 +21,33 @@ namespace {
 
 constexpr double kFar = std::numeric_limits<double>::infinity();
 
-// The cost of cutting over each side of each triangle, computed when first asked for.
+// The cost of cutting over each arc, computed when first asked for.
 class CutCosts {
  public:
-  CutCosts(const PartSurface& surface, const SnapSettings& settings)
-      : surface_(surface), settings_(settings), walk_(surface), costs_(surface.n(), {-1.0, -1.0, -1.0}) {}
+  CutCosts(const SurfaceGraph& surface, const SnapSettings& settings)
+      : surface_(surface), settings_(settings), walk_(surface), costs_(surface.to.size(), -1.0) {}
 
-  double At(int t, int side) {
-    double& cost = costs_[t][side];
+  // Over the arc from t to a piece of higher number.
+  double At(int t, int arc) {
+    double& cost = costs_[arc];
     if (cost < 0.0) {
-      const int other = surface_.neighbors[t][side];
-      const SurfaceEdge edge{t, side, other, surface_.EdgeLength(t, side), surface_.EdgeMiddle(t, side)};
-      cost = edge.length * std::exp(-ConcavityAcross(surface_, walk_, edge, settings_.radius) / settings_.scale);
-      for (int k = 0; k < 3; ++k) {
-        if (surface_.neighbors[other][k] == t) costs_[other][k] = cost;
-      }
+      const double concavity = ConcavityAcross(surface_, walk_, {t, arc, surface_.to[arc]}, settings_.radius);
+      cost = surface_.lengths[arc] * std::exp(-std::max(concavity, settings_.convex_clip) / settings_.scale);
     }
     return cost;
   }
 
  private:
-  const PartSurface& surface_;
+  const SurfaceGraph& surface_;
   const SnapSettings& settings_;
   BallWalk walk_;
-  std::vector<std::array<double, 3>> costs_;
+  std::vector<double> costs_;
 };
 
-// The triangles of regions a and b within `limit` of the boundary, over the surface from centroid to centroid, with
+// The pieces of regions a and b within `limit` of the boundary, over the surface from centroid to centroid, with
 // their distances; those of a region beyond are left out. `distance` must be kFar everywhere and is so again only after
 // clearing.
-std::vector<int> Band(const PartSurface& surface, const std::vector<int>& labels, const std::vector<int>& start, int a,
+std::vector<int> Band(const SurfaceGraph& surface, const std::vector<int>& labels, const std::vector<int>& start, int a,
                       int b, double limit, std::vector<double>& distance) {
   using Entry = std::pair<double, int>;
   std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
@@ -64,8 +61,8 @@ std::vector<int> Band(const PartSurface& surface, const std::vector<int>& labels
     queue.pop();
     if (d > distance[t]) continue;
     band.push_back(t);
-    for (int next : surface.neighbors[t]) {
-      if (next < 0 || (labels[next] != a && labels[next] != b)) continue;
+    for (int next : surface.Neighbors(t)) {
+      if ((labels[next] != a && labels[next] != b)) continue;
       const double through = d + (surface.centroids[next] - surface.centroids[t]).norm();
       if (through > limit || through >= distance[next]) continue;
       distance[next] = through;
@@ -77,12 +74,12 @@ std::vector<int> Band(const PartSurface& surface, const std::vector<int>& labels
 
 }  // namespace
 
-void SnapBoundaries(const PartSurface& surface, const SnapSettings& settings, std::vector<int>& labels,
+void SnapBoundaries(const SurfaceGraph& surface, const SnapSettings& settings, std::vector<int>& labels,
                     std::stop_token stop) {
   std::map<std::pair<int, int>, std::vector<int>> boundaries;
   for (int t = 0; t < surface.n(); ++t) {
-    for (int next : surface.neighbors[t]) {
-      if (next < 0 || labels[next] == labels[t]) continue;
+    for (int next : surface.Neighbors(t)) {
+      if (labels[next] == labels[t]) continue;
       std::vector<int>& list = boundaries[std::minmax(labels[t], labels[next])];
       if (list.empty() || list.back() != t) list.push_back(t);
     }
@@ -105,8 +102,8 @@ void SnapBoundaries(const PartSurface& surface, const SnapSettings& settings, st
     for (int t : band) {
       const int s = labels[t] == a ? 0 : 1;
       depth[s] = std::max(depth[s], distance[t]);
-      for (int next : surface.neighbors[t]) {
-        if (next >= 0 && labels[next] == labels[t] && distance[next] == kFar) open[s] = true;
+      for (int next : surface.Neighbors(t)) {
+        if (labels[next] == labels[t] && distance[next] == kFar) open[s] = true;
       }
     }
     for (std::size_t i = 0; i < band.size(); ++i) node[band[i]] = static_cast<int>(i);
@@ -114,13 +111,12 @@ void SnapBoundaries(const PartSurface& surface, const SnapSettings& settings, st
     for (int t : band) {
       const int s = labels[t] == a ? 0 : 1;
       bool anchored = distance[t] > 0.6 * depth[s] && !open[s];
-      for (int side = 0; side < 3; ++side) {
-        const int next = surface.neighbors[t][side];
-        if (next < 0) continue;
+      for (int arc = surface.first[t]; arc < surface.first[t + 1]; ++arc) {
+        const int next = surface.to[arc];
         if (node[next] < 0) {
           if (labels[next] == labels[t]) anchored = true;
         } else if (next > t) {
-          const double relative = costs.At(t, side) / surface.edge;
+          const double relative = costs.At(t, arc) / surface.edge;
           cut.Connect(node[t], node[next], 1 + static_cast<std::int64_t>(1e6 * std::min(relative, 1e6)));
         }
       }

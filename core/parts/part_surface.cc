@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// The mesh prepared for segmentation: canonical order, size, noise, smoothing, and means over balls of the surface.
+// The mesh prepared for segmentation: canonical order, size, noise.
 #include "core/parts/part_surface.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <map>
 #include <numeric>
 #include <tuple>
+#include <utility>
 
 namespace geond {
 namespace {
@@ -52,38 +55,81 @@ Eigen::Vector3d RingMean(const Rings& rings, const std::vector<Eigen::Vector3d>&
   return sum / static_cast<double>(rings.around[v].size());
 }
 
-}  // namespace
-
-double PartSurface::EdgeLength(int triangle, int side) const {
-  const auto& t = mesh.triangles[triangle];
-  return (mesh.vertices[t[(side + 1) % 3]] - mesh.vertices[t[side]]).norm();
-}
-
-Eigen::Vector3d PartSurface::EdgeMiddle(int triangle, int side) const {
-  const auto& t = mesh.triangles[triangle];
-  return 0.5 * (mesh.vertices[t[(side + 1) % 3]] + mesh.vertices[t[side]]);
-}
-
+// Centroids, area vectors, areas, borders and sizes for where the vertices now lie; `first` and `to` stand.
 void UpdateShape(PartSurface& surface) {
-  const int n = static_cast<int>(surface.mesh.triangles.size());
-  surface.centroids.resize(n);
-  surface.area_vectors.resize(n);
-  surface.areas.resize(n);
-  surface.area = 0.0;
+  const TriangleMesh& mesh = surface.mesh;
+  SurfaceGraph& graph = surface.graph;
+  const int n = static_cast<int>(mesh.triangles.size());
+  graph.centroids.resize(n);
+  graph.area_vectors.resize(n);
+  graph.areas.resize(n);
+  graph.area = 0.0;
   for (int t = 0; t < n; ++t) {
-    surface.centroids[t] = TriangleCentroid(surface.mesh, t);
-    surface.area_vectors[t] = TriangleAreaVector(surface.mesh, t);
-    surface.areas[t] = surface.area_vectors[t].norm();
-    surface.area += surface.areas[t];
+    graph.centroids[t] = TriangleCentroid(mesh, t);
+    graph.area_vectors[t] = TriangleAreaVector(mesh, t);
+    graph.areas[t] = graph.area_vectors[t].norm();
+    graph.area += graph.areas[t];
   }
-  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
-  for (int t = 0; t < n; ++t) centre += surface.areas[t] * surface.centroids[t];
-  if (surface.area > 0.0) centre /= surface.area;
-  double spread = 0.0;
-  for (int t = 0; t < n; ++t) spread += surface.areas[t] * (surface.centroids[t] - centre).squaredNorm();
-  surface.size = surface.area > 0.0 ? 2.0 * std::sqrt(3.0 * spread / surface.area) : 0.0;
-  surface.edge = MeanEdgeLength(surface.mesh);
+  for (std::size_t k = 0; k < graph.to.size(); ++k) {
+    const auto& [v, w] = surface.arc_ends[k];
+    graph.lengths[k] = (mesh.vertices[w] - mesh.vertices[v]).norm();
+    graph.middles[k] = 0.5 * (mesh.vertices[w] + mesh.vertices[v]);
+  }
+  graph.edge = MeanEdgeLength(mesh);
 }
+
+// 2 sqrt(3) times the rms distance of the surface from its centroid, m.
+double SizeOf(const SurfaceGraph& graph) {
+  if (!(graph.area > 0.0)) return 0.0;
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+  for (int t = 0; t < graph.n(); ++t) centre += graph.areas[t] * graph.centroids[t];
+  centre /= graph.area;
+  double spread = 0.0;
+  for (int t = 0; t < graph.n(); ++t) spread += graph.areas[t] * (graph.centroids[t] - centre).squaredNorm();
+  return 2.0 * std::sqrt(3.0 * spread / graph.area);
+}
+
+// An arc for each triangle over each edge, and one back where an edge of more than two triangles leads one way only.
+void Connect(PartSurface& surface) {
+  const TriangleMesh& mesh = surface.mesh;
+  SurfaceGraph& graph = surface.graph;
+  const std::vector<std::array<int, 3>> neighbors = TriangleNeighbors(mesh);
+  const int n = static_cast<int>(neighbors.size());
+  std::map<int, std::vector<std::pair<int, int>>> ways_back;  // to a triangle: from which, over which side
+  graph.at_border.assign(n, false);
+  for (int t = 0; t < n; ++t) {
+    for (int side = 0; side < 3; ++side) {
+      const int next = neighbors[t][side];
+      if (next < 0) {
+        graph.at_border[t] = true;
+      } else if (next != t && std::find(neighbors[next].begin(), neighbors[next].end(), t) == neighbors[next].end()) {
+        ways_back[next].push_back({t, side});
+      }
+    }
+  }
+  const auto add = [&](int next, int owner, int side) {
+    const TriangleMesh::Triangle& v = mesh.triangles[owner];
+    graph.to.push_back(next);
+    surface.arc_ends.push_back({v[side], v[(side + 1) % 3]});
+  };
+  graph.first.assign(1, 0);
+  graph.to.reserve(3 * static_cast<std::size_t>(n));
+  surface.arc_ends.reserve(3 * static_cast<std::size_t>(n));
+  for (int t = 0; t < n; ++t) {
+    for (int side = 0; side < 3; ++side) {
+      if (neighbors[t][side] >= 0 && neighbors[t][side] != t) add(neighbors[t][side], t, side);
+    }
+    const auto back = ways_back.find(t);
+    if (back != ways_back.end()) {
+      for (const auto& [from, side] : back->second) add(from, from, side);
+    }
+    graph.first.push_back(static_cast<int>(graph.to.size()));
+  }
+  graph.lengths.resize(graph.to.size());
+  graph.middles.resize(graph.to.size());
+}
+
+}  // namespace
 
 PartSurface MakePartSurface(const TriangleMesh& mesh, double noise) {
   PartSurface surface;
@@ -109,8 +155,9 @@ PartSurface MakePartSurface(const TriangleMesh& mesh, double noise) {
   surface.mesh.vertices = mesh.vertices;
   surface.mesh.triangles.resize(n);
   for (int t = 0; t < n; ++t) surface.mesh.triangles[t] = turned[surface.source[t]];
-  surface.neighbors = TriangleNeighbors(surface.mesh);
+  Connect(surface);
   UpdateShape(surface);
+  surface.graph.size = SizeOf(surface.graph);
   surface.noise = noise >= 0.0 ? noise : EstimateNoise(surface.mesh);
   return surface;
 }
@@ -151,49 +198,7 @@ void SmoothTaubin(PartSurface& surface, int steps) {
     x.swap(next);
     next = x;
   }
-  const double size = surface.size;
   UpdateShape(surface);
-  surface.size = size;
-}
-
-const std::vector<int>& BallWalk::Collect(int seed, const Eigen::Vector3d& centre, double radius) {
-  return Collect(seed, seed, centre, radius);
-}
-
-const std::vector<int>& BallWalk::Collect(int seed, int second_seed, const Eigen::Vector3d& centre, double radius) {
-  if (++now_ == 0) {
-    std::fill(stamp_.begin(), stamp_.end(), 0);
-    now_ = 1;
-  }
-  found_.clear();
-  for (int s : {seed, second_seed}) {
-    if (stamp_[s] == now_) continue;
-    stamp_[s] = now_;
-    found_.push_back(s);
-  }
-  const double limit = radius * radius;
-  for (std::size_t i = 0; i < found_.size(); ++i) {
-    for (int next : surface_.neighbors[found_[i]]) {
-      if (next < 0 || stamp_[next] == now_) continue;
-      stamp_[next] = now_;
-      if ((surface_.centroids[next] - centre).squaredNorm() <= limit) found_.push_back(next);
-    }
-  }
-  return found_;
-}
-
-std::vector<double> BallMean(const PartSurface& surface, const std::vector<double>& values, double radius) {
-  std::vector<double> means(values.size());
-  BallWalk walk(surface);
-  for (int t = 0; t < surface.n(); ++t) {
-    double sum = 0.0, area = 0.0;
-    for (int k : walk.Collect(t, surface.centroids[t], radius)) {
-      sum += surface.areas[k] * values[k];
-      area += surface.areas[k];
-    }
-    means[t] = area > 0.0 ? sum / area : values[t];
-  }
-  return means;
 }
 
 }  // namespace geond

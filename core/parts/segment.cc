@@ -11,7 +11,9 @@
 
 #include "core/base/progress.h"
 #include "core/parts/part_report.h"
+#include "core/parts/part_snap.h"
 #include "core/parts/part_surface.h"
+#include "core/parts/patches.h"
 #include "core/parts/trace.h"
 #include "core/parts/unseen_cuts.h"
 #include "core/parts/watershed_parts.h"
@@ -20,14 +22,14 @@ namespace geond {
 namespace {
 
 // Specks: pieces of the mesh without connection to a part, below 1 % of the area. They belong to no part.
-void DropSpecks(const PartSurface& surface, std::vector<int>& labels) {
+void DropSpecks(const SurfaceGraph& surface, std::vector<int>& labels) {
   const int n = 1 + *std::max_element(labels.begin(), labels.end());
   std::vector<double> areas(n, 0.0);
   std::vector<bool> alone(n, true);
   for (int t = 0; t < surface.n(); ++t) {
     areas[labels[t]] += surface.areas[t];
-    for (int next : surface.neighbors[t]) {
-      if (next >= 0 && labels[next] != labels[t]) alone[labels[t]] = false;
+    for (int next : surface.Neighbors(t)) {
+      if (labels[next] != labels[t]) alone[labels[t]] = false;
     }
   }
   const double greatest = *std::max_element(areas.begin(), areas.end());
@@ -37,7 +39,7 @@ void DropSpecks(const PartSurface& surface, std::vector<int>& labels) {
 }
 
 // Renumbers labels by area, the largest first; equal areas by the order of the surface.
-int OrderByArea(const PartSurface& surface, std::vector<int>& labels) {
+int OrderByArea(const SurfaceGraph& surface, std::vector<int>& labels) {
   std::map<int, double> areas;
   for (int t = 0; t < surface.n(); ++t) {
     if (labels[t] >= 0) areas[labels[t]] += surface.areas[t];
@@ -49,6 +51,27 @@ int OrderByArea(const PartSurface& surface, std::vector<int>& labels) {
   for (std::size_t i = 0; i < order.size(); ++i) rank[order[i]] = static_cast<int>(i);
   for (int& label : labels) label = label < 0 ? label : rank[label];
   return static_cast<int>(order.size());
+}
+
+// The default: on patches of the smoothed surface, then along its triangles.
+std::vector<int> CutByWatershed(PartSurface& surface, const std::vector<double>& density, double detail,
+                                std::string& message, Patches& patches, std::stop_token stop) {
+  const WatershedSettings settings = SettingsForDetail(detail);
+  SmoothTaubin(surface, SmoothingSteps(surface, settings));
+  patches = MakePatches(surface.graph, settings.patches);
+  ThrowIfStopped(stop);
+  const std::vector<int> coarse = SegmentByWatershed(patches.graph, MeanOfPatches(surface.graph, patches, density),
+                                                     surface.noise, settings, message, stop);
+  std::vector<int> labels(surface.n());
+  for (int t = 0; t < surface.n(); ++t) labels[t] = coarse[patches.of[t]];
+  if (patches.graph.n() < surface.n()) {
+    SnapSettings snap;
+    snap.radius = std::max(settings.fine_radius * surface.graph.size, 1.5 * surface.graph.edge);
+    snap.band = 1.5 * patches.graph.edge;
+    snap.scale = settings.snap_scale;
+    SnapBoundaries(surface.graph, snap, labels, stop);
+  }
+  return labels;
 }
 
 }  // namespace
@@ -81,31 +104,34 @@ PartSegmentation SegmentParts(const TriangleMesh& mesh, const ChargeDensity& cha
   ThrowIfStopped(stop);
 
   std::vector<int> labels;
+  Patches patches;
   switch (options.method) {
     case SegmentOptions::Method::kWatershed:
-      labels = SegmentByWatershed(surface, density, SettingsForDetail(options.detail), result.message, stop);
+      labels = CutByWatershed(surface, density, options.detail, result.message, patches, stop);
       break;
     case SegmentOptions::Method::kTrace:
-      labels = SegmentByTracing(surface, density, options.trace_limit);
+      labels = SegmentByTracing(surface.graph, density, options.trace_limit);
       result.message = "boundaries traced along valleys of the charge";
       break;
     case SegmentOptions::Method::kThreshold:
-      labels = SegmentByThreshold(surface, density, options.threshold);
+      labels = SegmentByThreshold(surface.graph, density, options.threshold);
       result.message = "components above a share of the median charge";
       break;
   }
+  if (patches.of.empty()) patches = MakePatches(surface.graph, WatershedSettings().patches);
   if (!mesh.triangle_seen.empty()) {
     std::vector<std::uint8_t> seen(surface.n());
     for (int t = 0; t < surface.n(); ++t) seen[t] = mesh.triangle_seen.at(surface.source[t]);
-    JoinOverUnseen(surface, seen, labels);
+    JoinOverUnseen(surface.graph, seen, labels);
   }
-  DropSpecks(surface, labels);
-  result.n_parts = OrderByArea(surface, labels);
+  DropSpecks(surface.graph, labels);
+  result.n_parts = OrderByArea(surface.graph, labels);
   result.labels.assign(mesh.triangles.size(), -1);
   for (int t = 0; t < surface.n(); ++t) result.labels[surface.source[t]] = labels[t];
-  const std::vector<double> averaged = BallMean(surface, density, std::max(0.025 * surface.size, surface.edge));
-  result.boundaries = ReportBoundaries(surface, labels, averaged);
-  result.significance = ReportSignificance(surface, labels, result.n_parts, averaged);
+  const std::vector<double> averaged = BallMean(patches.graph, MeanOfPatches(surface.graph, patches, density),
+                                                std::max(0.025 * patches.graph.size, patches.graph.edge));
+  result.boundaries = ReportBoundaries(surface, labels, patches, averaged);
+  result.significance = ReportSignificance(surface, labels, result.n_parts, patches, averaged);
   return result;
 }
 

@@ -16,30 +16,29 @@ enum class Mark : char { kFree, kSeen, kNearStart, kBoundary };  // P3, P1, P2, 
 
 class Tracer {
  public:
-  Tracer(const PartSurface& surface, const std::vector<double>& charge)
+  Tracer(const SurfaceGraph& surface, const std::vector<double>& charge)
       : surface_(surface), charge_(charge), marks_(surface.n(), Mark::kFree), contour_(surface.n(), -1) {}
 
   bool MayStart(int t) const {
     if (marks_[t] != Mark::kFree) return false;
-    return std::none_of(surface_.neighbors[t].begin(), surface_.neighbors[t].end(), [&](int next) {
-      return next >= 0 && (charge_[next] < charge_[t] || marks_[next] != Mark::kFree);
-    });
+    return std::ranges::none_of(surface_.Neighbors(t),
+                                [&](int next) { return (charge_[next] < charge_[t] || marks_[next] != Mark::kFree); });
   }
 
   void Trace(int start) {
     ++contours_;
     Take(start);
     const int first = Lowest(start, Mark::kFree);
-    for (int next : surface_.neighbors[start]) {
-      if (next >= 0 && next != first) marks_[next] = Mark::kNearStart;
+    for (int next : surface_.Neighbors(start)) {
+      if (next != first) marks_[next] = Mark::kNearStart;
     }
     if (first < 0 || OnBorder(start)) return;
     if (Walk(first) == End::kBorder) {  // an open mesh: the other way from the start
       const int second = Lowest(start, Mark::kNearStart);
       if (second >= 0) Walk(second);
     }
-    for (int next : surface_.neighbors[start]) {
-      if (next >= 0 && marks_[next] == Mark::kNearStart) marks_[next] = Mark::kSeen;
+    for (int next : surface_.Neighbors(start)) {
+      if (marks_[next] == Mark::kNearStart) marks_[next] = Mark::kSeen;
     }
   }
 
@@ -57,15 +56,13 @@ class Tracer {
     contour_[t] = contours_;
   }
 
-  bool OnBorder(int t) const {
-    return std::any_of(surface_.neighbors[t].begin(), surface_.neighbors[t].end(), [](int next) { return next < 0; });
-  }
+  bool OnBorder(int t) const { return surface_.at_border[t]; }
 
   // The neighbour of least charge with this mark, or -1.
   int Lowest(int t, Mark mark) const {
     int best = -1;
-    for (int next : surface_.neighbors[t]) {
-      if (next < 0 || marks_[next] != mark) continue;
+    for (int next : surface_.Neighbors(t)) {
+      if (marks_[next] != mark) continue;
       if (best < 0 || charge_[next] < charge_[best] || (charge_[next] == charge_[best] && next < best)) best = next;
     }
     return best;
@@ -73,9 +70,8 @@ class Tracer {
 
   // Beside the surroundings of the start, or beside an earlier boundary.
   bool Meets(int t) const {
-    return std::any_of(surface_.neighbors[t].begin(), surface_.neighbors[t].end(), [&](int next) {
-      return next >= 0 &&
-             (marks_[next] == Mark::kNearStart || (marks_[next] == Mark::kBoundary && contour_[next] != contours_));
+    return std::ranges::any_of(surface_.Neighbors(t), [&](int next) {
+      return (marks_[next] == Mark::kNearStart || (marks_[next] == Mark::kBoundary && contour_[next] != contours_));
     });
   }
 
@@ -87,26 +83,26 @@ class Tracer {
       int next = Lowest(t, Mark::kFree);
       if (next < 0) next = Lowest(t, Mark::kSeen);
       if (next < 0) return End::kDead;
-      for (int other : surface_.neighbors[t]) {
-        if (other != next && other >= 0 && marks_[other] == Mark::kFree) marks_[other] = Mark::kSeen;
+      for (int other : surface_.Neighbors(t)) {
+        if (other != next && marks_[other] == Mark::kFree) marks_[other] = Mark::kSeen;
       }
       t = next;
     }
   }
 
-  const PartSurface& surface_;
+  const SurfaceGraph& surface_;
   const std::vector<double>& charge_;
   std::vector<Mark> marks_;
   std::vector<int> contour_;
   int contours_ = 0;
 };
 
-std::vector<double> AveragedCharge(const PartSurface& surface, const std::vector<double>& charge) {
+std::vector<double> AveragedCharge(const SurfaceGraph& surface, const std::vector<double>& charge) {
   return BallMean(surface, charge, std::max(0.025 * surface.size, surface.edge));
 }
 
 // Components of `keep` as parts of the whole surface.
-std::vector<int> PartsFrom(const PartSurface& surface, const std::vector<bool>& keep,
+std::vector<int> PartsFrom(const SurfaceGraph& surface, const std::vector<bool>& keep,
                            const std::vector<double>& averaged) {
   std::vector<int> labels = LabelComponents(surface, keep);
   FillUnlabelled(surface, labels);
@@ -119,7 +115,7 @@ std::vector<int> PartsFrom(const PartSurface& surface, const std::vector<bool>& 
 
 }  // namespace
 
-std::vector<bool> TraceBoundaries(const PartSurface& surface, const std::vector<double>& charge, double limit) {
+std::vector<bool> TraceBoundaries(const SurfaceGraph& surface, const std::vector<double>& charge, double limit) {
   std::vector<int> order(surface.n());
   std::iota(order.begin(), order.end(), 0);
   std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return charge[a] < charge[b]; });
@@ -131,14 +127,14 @@ std::vector<bool> TraceBoundaries(const PartSurface& surface, const std::vector<
   return tracer.Boundaries();
 }
 
-std::vector<int> SegmentByTracing(const PartSurface& surface, const std::vector<double>& charge, double limit) {
+std::vector<int> SegmentByTracing(const SurfaceGraph& surface, const std::vector<double>& charge, double limit) {
   const std::vector<double> averaged = AveragedCharge(surface, charge);
   std::vector<bool> keep = TraceBoundaries(surface, averaged, limit);
   keep.flip();
   return PartsFrom(surface, keep, averaged);
 }
 
-std::vector<int> SegmentByThreshold(const PartSurface& surface, const std::vector<double>& charge, double threshold) {
+std::vector<int> SegmentByThreshold(const SurfaceGraph& surface, const std::vector<double>& charge, double threshold) {
   const std::vector<double> averaged = AveragedCharge(surface, charge);
   const double least = threshold * MedianByArea(surface, averaged);
   std::vector<bool> keep(surface.n());
@@ -146,7 +142,7 @@ std::vector<int> SegmentByThreshold(const PartSurface& surface, const std::vecto
   return PartsFrom(surface, keep, averaged);
 }
 
-double MedianByArea(const PartSurface& surface, const std::vector<double>& values) {
+double MedianByArea(const SurfaceGraph& surface, const std::vector<double>& values) {
   std::vector<int> order(surface.n());
   std::iota(order.begin(), order.end(), 0);
   std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return values[a] < values[b]; });

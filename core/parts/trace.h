@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "core/parts/part_surface.h"
+#include "core/parts/surface_graph.h"
 
 namespace geond {
 
@@ -16,15 +16,15 @@ namespace geond {
 // boundary or the border of the mesh; on an open mesh then the other way from the start. Repairs: the lowest neighbour
 // is taken before the others are marked; the start may be met again only after three steps; a dead end goes on over
 // triangles seen but not taken. Returns the triangles of boundaries.
-std::vector<bool> TraceBoundaries(const PartSurface& surface, const std::vector<double>& charge, double limit);
+std::vector<bool> TraceBoundaries(const SurfaceGraph& surface, const std::vector<double>& charge, double limit);
 
 // D.2, then the components of what is left (D.3).
-std::vector<int> SegmentByTracing(const PartSurface& surface, const std::vector<double>& charge, double limit);
+std::vector<int> SegmentByTracing(const SurfaceGraph& surface, const std::vector<double>& charge, double limit);
 
 // Components of the triangles with charge of at least `threshold` times the median by area (Fig. 6.16 b).
-std::vector<int> SegmentByThreshold(const PartSurface& surface, const std::vector<double>& charge, double threshold);
+std::vector<int> SegmentByThreshold(const SurfaceGraph& surface, const std::vector<double>& charge, double threshold);
 
 // The value below which half of the area lies.
-double MedianByArea(const PartSurface& surface, const std::vector<double>& values);
+double MedianByArea(const SurfaceGraph& surface, const std::vector<double>& values);
 
 }  // namespace geond

@@ -9,16 +9,16 @@
 namespace geond {
 namespace {
 
-constexpr int kReach = 2;                   // triangles: the surface this near to seen ones is known well enough
-constexpr double kLeastSeenOfCut = 0.6;     // of a boundary's length, or its parts are joined
-constexpr double kLeastSeenOfPart = 0.3;    // of a part's area, or it joins a neighbour
+constexpr int kReach = 2;                 // triangles: the surface this near to seen ones is known well enough
+constexpr double kLeastSeenOfCut = 0.6;   // of a boundary's length, or its parts are joined
+constexpr double kLeastSeenOfPart = 0.3;  // of a part's area, or it joins a neighbour
 
-std::vector<std::uint8_t> Widened(const PartSurface& surface, std::vector<std::uint8_t> seen) {
+std::vector<std::uint8_t> Widened(const SurfaceGraph& surface, std::vector<std::uint8_t> seen) {
   for (int step = 0; step < kReach; ++step) {
     std::vector<std::uint8_t> wider = seen;
     for (int t = 0; t < surface.n(); ++t) {
-      for (int next : surface.neighbors[t]) {
-        if (next >= 0 && seen[next]) wider[t] = 1;
+      for (int next : surface.Neighbors(t)) {
+        if (seen[next]) wider[t] = 1;
       }
     }
     seen = std::move(wider);
@@ -31,12 +31,12 @@ struct Cut {
 };
 
 // The boundaries between labels (lower first).
-std::map<std::pair<int, int>, Cut> Cuts(const PartSurface& surface, const std::vector<std::uint8_t>& seen,
+std::map<std::pair<int, int>, Cut> Cuts(const SurfaceGraph& surface, const std::vector<std::uint8_t>& seen,
                                         const std::vector<int>& labels) {
   std::map<std::pair<int, int>, Cut> cuts;
   for (int t = 0; t < surface.n(); ++t) {
-    for (int next : surface.neighbors[t]) {
-      if (next < 0 || labels[t] < 0 || labels[t] >= labels[next]) continue;
+    for (int next : surface.Neighbors(t)) {
+      if (labels[t] < 0 || labels[t] >= labels[next]) continue;
       const double length = std::sqrt(surface.areas[t] + surface.areas[next]);
       Cut& cut = cuts[{labels[t], labels[next]}];
       cut.length += length;
@@ -47,7 +47,7 @@ std::map<std::pair<int, int>, Cut> Cuts(const PartSurface& surface, const std::v
 }
 
 // The pair of parts to join next, or none.
-std::pair<int, int> NextJoin(const PartSurface& surface, const std::vector<std::uint8_t>& seen,
+std::pair<int, int> NextJoin(const SurfaceGraph& surface, const std::vector<std::uint8_t>& seen,
                              const std::vector<std::uint8_t>& near_seen, const std::vector<int>& labels) {
   const std::map<std::pair<int, int>, Cut> cuts = Cuts(surface, near_seen, labels);
   std::pair<int, int> worst{-1, -1};
@@ -80,7 +80,7 @@ std::pair<int, int> NextJoin(const PartSurface& surface, const std::vector<std::
 
 }  // namespace
 
-void JoinOverUnseen(const PartSurface& surface, const std::vector<std::uint8_t>& seen, std::vector<int>& labels) {
+void JoinOverUnseen(const SurfaceGraph& surface, const std::vector<std::uint8_t>& seen, std::vector<int>& labels) {
   const std::vector<std::uint8_t> near_seen = Widened(surface, seen);
   for (;;) {
     const auto [keep, join] = NextJoin(surface, seen, near_seen, labels);

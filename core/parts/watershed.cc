@@ -8,7 +8,7 @@
 
 namespace geond {
 
-std::vector<int> Watershed(const PartSurface& surface, const std::vector<double>& height) {
+std::vector<int> Watershed(const SurfaceGraph& surface, const std::vector<double>& height) {
   std::vector<int> order(surface.n());
   std::iota(order.begin(), order.end(), 0);
   std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return height[a] > height[b]; });
@@ -16,8 +16,8 @@ std::vector<int> Watershed(const PartSurface& surface, const std::vector<double>
   int n_labels = 0;
   for (int t : order) {
     int best = -1;
-    for (int next : surface.neighbors[t]) {
-      if (next < 0 || labels[next] < 0) continue;
+    for (int next : surface.Neighbors(t)) {
+      if (labels[next] < 0) continue;
       if (best < 0 || height[next] > height[best] || (height[next] == height[best] && next < best)) best = next;
     }
     labels[t] = best >= 0 ? labels[best] : n_labels++;
@@ -25,7 +25,7 @@ std::vector<int> Watershed(const PartSurface& surface, const std::vector<double>
   return labels;
 }
 
-std::vector<int> LabelComponents(const PartSurface& surface, const std::vector<bool>& keep) {
+std::vector<int> LabelComponents(const SurfaceGraph& surface, const std::vector<bool>& keep) {
   std::vector<int> labels(surface.n(), -1), queue;
   int n_labels = 0;
   for (int start = 0; start < surface.n(); ++start) {
@@ -33,8 +33,8 @@ std::vector<int> LabelComponents(const PartSurface& surface, const std::vector<b
     queue.assign(1, start);
     labels[start] = n_labels;
     for (std::size_t i = 0; i < queue.size(); ++i) {
-      for (int next : surface.neighbors[queue[i]]) {
-        if (next < 0 || !keep[next] || labels[next] >= 0) continue;
+      for (int next : surface.Neighbors(queue[i])) {
+        if (!keep[next] || labels[next] >= 0) continue;
         labels[next] = n_labels;
         queue.push_back(next);
       }
@@ -44,14 +44,14 @@ std::vector<int> LabelComponents(const PartSurface& surface, const std::vector<b
   return labels;
 }
 
-void FillUnlabelled(const PartSurface& surface, std::vector<int>& labels) {
+void FillUnlabelled(const SurfaceGraph& surface, std::vector<int>& labels) {
   std::vector<int> queue;
   for (int t = 0; t < surface.n(); ++t) {
     if (labels[t] >= 0) queue.push_back(t);
   }
   for (std::size_t i = 0; i < queue.size(); ++i) {
-    for (int next : surface.neighbors[queue[i]]) {
-      if (next < 0 || labels[next] >= 0) continue;
+    for (int next : surface.Neighbors(queue[i])) {
+      if (labels[next] >= 0) continue;
       labels[next] = labels[queue[i]];
       queue.push_back(next);
     }
@@ -59,7 +59,7 @@ void FillUnlabelled(const PartSurface& surface, std::vector<int>& labels) {
   for (int& label : labels) label = std::max(label, 0);
 }
 
-bool JoinSplinters(const PartSurface& surface, std::vector<int>& labels) {
+bool JoinSplinters(const SurfaceGraph& surface, std::vector<int>& labels) {
   // Pieces: components over edges between triangles of one label.
   std::vector<int> piece(surface.n(), -1), queue, label_of;
   std::vector<double> area_of;
@@ -72,8 +72,8 @@ bool JoinSplinters(const PartSurface& surface, std::vector<int>& labels) {
     piece[start] = p;
     for (std::size_t i = 0; i < queue.size(); ++i) {
       area_of[p] += surface.areas[queue[i]];
-      for (int next : surface.neighbors[queue[i]]) {
-        if (next < 0 || piece[next] >= 0 || labels[next] != labels[start]) continue;
+      for (int next : surface.Neighbors(queue[i])) {
+        if (piece[next] >= 0 || labels[next] != labels[start]) continue;
         piece[next] = p;
         queue.push_back(next);
       }
@@ -87,9 +87,9 @@ bool JoinSplinters(const PartSurface& surface, std::vector<int>& labels) {
   if (largest.size() == label_of.size()) return false;
   std::vector<std::map<int, double>> shared(label_of.size());
   for (int t = 0; t < surface.n(); ++t) {
-    for (int side = 0; side < 3; ++side) {
-      const int next = surface.neighbors[t][side];
-      if (next >= 0 && piece[next] != piece[t]) shared[piece[t]][piece[next]] += surface.EdgeLength(t, side);
+    for (int arc = surface.first[t]; arc < surface.first[t + 1]; ++arc) {
+      const int next = surface.to[arc];
+      if (piece[next] != piece[t]) shared[piece[t]][piece[next]] += surface.lengths[arc];
     }
   }
   // Smallest first, so that a splinter within a splinter finds its way out.

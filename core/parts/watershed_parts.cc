@@ -33,20 +33,22 @@ WatershedSettings SettingsForDetail(double detail) {
   return settings;
 }
 
-std::vector<int> SegmentByWatershed(PartSurface& surface, const std::vector<double>& charge,
+int SmoothingSteps(const PartSurface& surface, const WatershedSettings& settings) {
+  if (!(surface.graph.edge > 0.0)) return 0;
+  const double rough = surface.noise / surface.graph.edge - settings.smooth_beyond;
+  return static_cast<int>(std::ceil(settings.smoothing * std::max(0.0, rough)));
+}
+
+std::vector<int> SegmentByWatershed(const SurfaceGraph& surface, const std::vector<double>& charge, double noise,
                                     const WatershedSettings& settings, std::string& message, std::stop_token stop) {
   const double size = surface.size;
   if (!(size > 0.0)) {
     message = "no area: one part";
     return std::vector<int>(surface.n(), 0);
   }
-  const double rough = surface.noise / surface.edge - settings.smooth_beyond;
-  SmoothTaubin(surface, static_cast<int>(std::ceil(settings.smoothing * std::max(0.0, rough))));
-  ThrowIfStopped(stop);
-
   const double radius = std::max(settings.concavity_radius * size, settings.radius_in_edges * surface.edge);
   const double depth = GreatestHullDepth(surface, radius);
-  if (depth < settings.gate * size + settings.gate_noise * surface.noise) {
+  if (depth < settings.gate * size + settings.gate_noise * noise) {
     message = "convex within its noise: one part";
     return std::vector<int>(surface.n(), 0);
   }
@@ -59,7 +61,7 @@ std::vector<int> SegmentByWatershed(PartSurface& surface, const std::vector<doub
   merge.small_area = settings.small_area;
   merge.contrast_weight = settings.contrast_weight;
   merge.share_weight = settings.share_weight;
-  const double doubt = settings.noise_threshold * surface.noise / radius;
+  const double doubt = settings.noise_threshold * noise / radius;
   SnapSettings snap;
   snap.radius = std::max(settings.snap_radius * size, surface.edge);
   snap.band = std::max(settings.snap_band * size, 2.0 * surface.edge);

@@ -29,6 +29,8 @@ struct WatershedSettings {
   double snap_radius = 0.03;       // over which concavity is pooled for the cuts
   double snap_band = 0.08;         // how far a cut may move
   double snap_scale = 0.06;        // of concavity in the cost of a cut
+  int patches = 8000;              // finer meshes are cut in patches, then along their triangles
+  double fine_radius = 0.012;      // over which concavity is pooled for the latter
 };
 
 // The settings for a `detail` from 0 (coarse) over 0.5 (the defaults) to 1 (fine). Below 0.5 the default's parts are
@@ -36,9 +38,12 @@ struct WatershedSettings {
 // half at 1.
 WatershedSettings SettingsForDetail(double detail);
 
+// The pairs of Taubin's steps that a surface of this noise needs before it is cut.
+int SmoothingSteps(const PartSurface& surface, const WatershedSettings& settings);
+
 // Parts by a watershed of the smoothed charge, merged over boundaries that are not concave and snapped to creases.
-// Labels in the order of the surface, which may be smoothed on the way. `message` says what was decided.
-std::vector<int> SegmentByWatershed(PartSurface& surface, const std::vector<double>& charge,
+// Labels in the order of the surface. `noise` as in PartSurface. `message` says what was decided.
+std::vector<int> SegmentByWatershed(const SurfaceGraph& surface, const std::vector<double>& charge, double noise,
                                     const WatershedSettings& settings, std::string& message, std::stop_token stop = {});
 
 }  // namespace geond

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include "core/parts/part_surface.h"
+
 namespace geond {
 namespace {
 
@@ -37,7 +39,7 @@ struct ThreeParts {
     }
   }
   std::vector<int> Joined() {
-    JoinOverUnseen(surface, seen, labels);
+    JoinOverUnseen(surface.graph, seen, labels);
     std::vector<int> by_source(labels.size());
     for (int t = 0; t < surface.n(); ++t) by_source[surface.source[t]] = labels[t];
     return by_source;
