@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The whole line on simulated scans of the sample objects: line_validation [VIEWS [NOISE_MM [SEEDS [SCENE...]]]].
-// With GEOND_PICTURES=FOLDER in the environment a picture of each goes there. Prints a row an object and seed: parts and types against the truth, the worst error of a size, seconds a step.
+// The whole line on simulated scans of the sample objects: line_validation [VIEWS [NOISE_MM [SEEDS [SCENE...]]]]; SEEDS is
+// the last seed or FIRST-LAST. With GEOND_PICTURES=FOLDER in the environment a picture of each goes there. Prints a row an
+// object and seed: parts and types against the truth, the worst error of a size, seconds.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -54,7 +55,10 @@ Verdict Compare(const sim::Scene& scene, const ObjectDescription& description) {
 int Run(int argc, char** argv) {
   const int views = argc > 1 ? std::atoi(argv[1]) : 4;
   const double noise_mm = argc > 2 ? std::atof(argv[2]) : 0.3;
-  const int seeds = argc > 3 ? std::atoi(argv[3]) : 1;
+  const std::string seeds = argc > 3 ? argv[3] : "1";
+  const std::size_t dash = seeds.find('-');
+  const int first_seed = dash == std::string::npos ? 1 : std::atoi(seeds.c_str());
+  const int last_seed = std::atoi(seeds.c_str() + (dash == std::string::npos ? 0 : dash + 1));
   std::vector<std::string> names(argv + std::min(argc, 4), argv + argc);
   if (names.empty()) {
     names.assign(std::begin(kSingles), std::end(kSingles));
@@ -64,7 +68,7 @@ int Run(int argc, char** argv) {
   std::printf("%-18s seed ok  size err  pos mm  reg rms mm  triangles  seconds  types\n", "object");
   for (const std::string& name : names) {
     const sim::Scene scene = sim::ReadScene(std::filesystem::path(GEOND_SOURCE_DIR) / "config/scenes" / (name + ".toml"));
-    for (int seed = 1; seed <= seeds; ++seed) {
+    for (int seed = first_seed; seed <= last_seed; ++seed) {
       sim::SimOptions options;
       options.views = views;
       options.depth_noise = noise_mm * 1e-3;
