@@ -6,6 +6,7 @@
 
 #include "core/geometry/cloud_normals.h"
 #include "core/geometry/sample_mesh.h"
+#include "core/geometry/stray_points.h"
 #include "core/part_clouds.h"
 #include "core/surface/close_mesh.h"
 #include "core/surface/remesh.h"
@@ -111,15 +112,15 @@ ObjectModel BuildObjectModel(const PointCloud& cloud, const ModelOptions& option
                              const StepObserver& on_step) {
   Steps step(stop, on_step);
   ObjectModel model;
-  model.cloud = cloud;
   std::vector<std::string> notes;
   step("tessellate");
+  model.cloud = WithoutStrayPoints(cloud, 0.02, &notes);
   try {
-    model.mesh = TessellateCloud(cloud, options.tessellate, stop);
+    model.mesh = TessellateCloud(model.cloud, options.tessellate, stop);
   } catch (const std::invalid_argument& refusal) {
     // What cannot be closed (one side of a body, say) can still be one part.
     notes.push_back(std::string(refusal.what()) + "; described as one part");
-    model.cloud = WithOutwardNormals(cloud, &notes);
+    model.cloud = WithOutwardNormals(model.cloud, &notes);
   }
   if (model.mesh.empty()) {
     DescribeOnePart(model, options, step);
