@@ -9,10 +9,8 @@
 #include "core/geon/shape.h"
 
 namespace geond {
-namespace {
 
-// ax ay az tx ty tz rx ry rz, then kx ky or the curvature as a share of the greatest the sizes allow; rotation Rz Ry Rx.
-GeonState StateAt(GeonType type, std::span<const double> p) {
+GeonState AnnealedState(GeonType type, std::span<const double> p) {
   GeonState s;
   s.type = type;
   s.size = {p[0], p[1], p[2]};
@@ -25,10 +23,7 @@ GeonState StateAt(GeonType type, std::span<const double> p) {
   return s;
 }
 
-}  // namespace
-
-RefineResult AnnealType(GeonType type, const FitData& data, double lambda, std::uint64_t seed, const VfsrOptions& options,
-                        std::stop_token stop) {
+std::vector<VfsrRange> AnnealRanges(GeonType type, const FitData& data) {
   // The unit is the diagonal: L = 1.
   std::vector<VfsrRange> ranges;
   const double greatest_z = IsCurved(type) ? 0.85 : 0.5;
@@ -41,15 +36,19 @@ RefineResult AnnealType(GeonType type, const FitData& data, double lambda, std::
   for (int k = 0; k < 3; ++k) ranges.push_back({-std::numbers::pi, std::numbers::pi, true});
   if (IsTapered(type)) ranges.insert(ranges.end(), 2, {0.0, kMaxTaper});
   if (IsCurved(type)) ranges.push_back({0.0, 1.0});
+  return ranges;
+}
 
+RefineResult AnnealType(GeonType type, const FitData& data, double lambda, std::uint64_t seed, const VfsrOptions& options,
+                        std::stop_token stop) {
   const auto objective = [&](std::span<const double> p) {
-    const GeonState s = StateAt(type, p);
+    const GeonState s = AnnealedState(type, p);
     const MisfitSums sums = SumMisfit(s, data.all);
     return (sums.distance + lambda * s.gamma() * sums.normal) / sums.weight;
   };
-  const VfsrResult annealed = Anneal(objective, ranges, seed, options, stop);
+  const VfsrResult annealed = Anneal(objective, AnnealRanges(type, data), seed, options, stop);
   RefineResult result;
-  result.state = StateAt(type, annealed.parameters);
+  result.state = AnnealedState(type, annealed.parameters);
   const MisfitSums sums = SumMisfit(result.state, data.all);
   result.objective = annealed.value;
   result.t1 = sums.distance / sums.weight;

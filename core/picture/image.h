@@ -17,7 +17,9 @@ struct Image {
   Color at(int column, int row) const;
 };
 
-// 8-bit RGB PNG. Throws FileError.
+// The bytes of an 8-bit RGB PNG. Throws std::invalid_argument if the image has no size.
+std::vector<std::uint8_t> EncodePng(const Image& image);
+// The same into a file. Throws FileError.
 void WritePng(const Image& image, const std::filesystem::path& path);
 
 }  // namespace geond

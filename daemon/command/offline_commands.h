@@ -87,4 +87,13 @@ struct ViewArguments {
 };
 CommandResult View(const ViewArguments& arguments, const CommandContext& context);
 
+struct ReproduceArguments {
+  std::string name = "all";                    // of an experiment, or all
+  std::filesystem::path output = "reproduced"; // folder of the report
+  std::filesystem::path data;                  // folder of real files; may be empty
+  bool quick = false;
+  int threads = 0;
+};
+CommandResult Reproduce(const ReproduceArguments& arguments, const CommandContext& context);
+
 }  // namespace geond::daemon

@@ -4,6 +4,7 @@
 
 #include "daemon/command/offline_commands.h"
 #include "daemon/command/subcommands.h"
+#include "daemon/reproduce/experiment.h"
 
 namespace geond::daemon {
 namespace {
@@ -236,6 +237,18 @@ void AddView(CLI::App& app, ChosenCommand& chosen) {
   AddModelOptions(command, arguments->options);
 }
 
+void AddReproduce(CLI::App& app, ChosenCommand& chosen) {
+  CLI::App* command = AddCommand(app, "reproduce", "Run the experiments of the thesis again and write a report", chosen);
+  const auto arguments = Choose(command, chosen, &Reproduce);
+  std::vector<std::string> names = {"all"};
+  for (const reproduce::ExperimentEntry& entry : reproduce::Experiments()) names.emplace_back(entry.name);
+  command->add_option("NAME", arguments->name, "One experiment, or all")->check(CLI::IsMember(names))->default_str("all");
+  command->add_option("-o,--output", arguments->output, "Folder for report.html and figures.json")->default_str("reproduced");
+  command->add_option("--data", arguments->data, "Folder of real files to measure too")->envname("GEOND_DATA");
+  command->add_flag("--quick", arguments->quick, "Fewer objects, seeds and sizes");
+  AddThreads(command, arguments->threads);
+}
+
 }  // namespace
 
 void AddOfflineCommands(CLI::App& app, ChosenCommand& chosen) {
@@ -249,6 +262,7 @@ void AddOfflineCommands(CLI::App& app, ChosenCommand& chosen) {
   AddMerge(app, chosen);
   AddSimulate(app, chosen);
   AddView(app, chosen);
+  AddReproduce(app, chosen);
 }
 
 }  // namespace geond::daemon

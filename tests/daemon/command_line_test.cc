@@ -182,6 +182,16 @@ TEST_F(CommandLineTest, AScanIsSimulatedRegisteredMergedAndDrawn) {
   EXPECT_EQ(head, "\x89PNG\r\n\x1a\n");
 }
 
+TEST_F(CommandLineTest, AnExperimentIsReproduced) {
+  const Outcome outcome = Geon({"reproduce", "figure_6_4", "--quick", "-o", Path("reproduced"), "--json"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  ExpectKeys(outcome.json(), {"version", "quick", "bars", "bars_met", "experiments"});
+  ExpectKeys(outcome.json()["experiments"][0]["figures"][0], {"key", "thesis", "repaired", "today", "bar", "bar_met"});
+  EXPECT_TRUE(std::filesystem::exists(folder_.path() / "reproduced" / "report.html"));
+  EXPECT_TRUE(std::filesystem::exists(folder_.path() / "reproduced" / "figures.json"));
+  EXPECT_EQ(Geon({"reproduce", "figure_99"}).code, 2);
+}
+
 TEST_F(CommandLineTest, WrongLinesAreTwoAndFailedWorkIsOne) {
   for (const std::vector<std::string>& wrong : std::vector<std::vector<std::string>>{
            {}, {"descibe", mesh_}, {"describe"}, {"describe", mesh_, "--unit", "furlong"}, {"charge", mesh_, "--solver", "slow"},
@@ -221,7 +231,7 @@ TEST_F(CommandLineTest, StoppedWorkSaysCancelled) {
 TEST_F(CommandLineTest, HelpIsForEveryCommand) {
   const Outcome help = Geon({"--help"});
   EXPECT_EQ(help.code, 0);
-  for (const char* command : {"describe", "mesh", "charge", "contour", "segment", "fit", "register", "merge", "simulate", "view",
+  for (const char* command : {"describe", "mesh", "charge", "contour", "segment", "fit", "register", "merge", "simulate", "view", "reproduce",
                               "scan", "status", "watch", "cancel", "stop", "home", "reset", "scans", "objects", "api", "doctor"}) {
     EXPECT_THAT(help.out, HasSubstr(command));
     EXPECT_EQ(Geon({command, "--help"}).code, 0) << command;

@@ -34,8 +34,10 @@ const std::map<std::string, std::set<std::string>>& AllowedIncludes() {
     table["calib"] = core;
     table["sim"] = core;
     table["sim"].insert("drivers");
+    table["daemon/reproduce"] = core;
+    table["daemon/reproduce"].insert({"sim", "calib"});
     table["daemon"] = table["sim"];
-    table["daemon"].insert({"sim", "calib"});
+    table["daemon"].insert({"sim", "calib", "daemon/reproduce"});
     return table;
   }();
   return allowed;

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/reproduce/experiment.h"
+
+#include <chrono>
+#include <cmath>
+#include <cstdarg>
+#include <cstdio>
+#include <stdexcept>
+
+#include "daemon/reproduce/experiments.h"
+
+namespace geond::reproduce {
+
+void Run::Progress(std::string_view experiment, int done, int total) const {
+  ThrowIfStopped(stop);
+  if (on_step) on_step(experiment, done, total);
+}
+
+bool Figure::bar_met() const {
+  if (!has_bar()) return true;
+  return better == Better::kMore ? *today >= *bar : *today <= *bar;
+}
+
+bool IsWorse(const Figure& figure, double recorded, double now) {
+  const double allowed = figure.tolerance * std::abs(recorded) + figure.slack;
+  switch (figure.better) {
+    case Figure::Better::kLess: return !(now <= recorded + allowed);
+    case Figure::Better::kMore: return !(now >= recorded - allowed);
+    case Figure::Better::kSame: return !(std::abs(now - recorded) <= allowed);
+    case Figure::Better::kFree: return false;
+  }
+  return false;
+}
+
+std::span<const ExperimentEntry> Experiments() {
+  static constexpr ExperimentEntry kAll[] = {
+      {"table_1_1", &PinTable},
+      {"figure_4_3", &EdgeLaw},
+      {"figure_6_4", &Ellipse},
+      {"figure_6_5", &Cycloids},
+      {"figure_6_7", &ContourNoise},
+      {"figure_6_8", &WigglyDumbbell},
+      {"figure_6_9", &PartSignificance},
+      {"figure_c_3", &InvisibleSide},
+      {"table_6_1", &GeonTable},
+  };
+  return kAll;
+}
+
+const ExperimentEntry& ExperimentByName(std::string_view name) {
+  std::string names;
+  for (const ExperimentEntry& entry : Experiments()) {
+    if (entry.name == name) return entry;
+    names += (names.empty() ? "" : ", ") + std::string(entry.name);
+  }
+  throw std::invalid_argument("no such experiment: '" + std::string(name) + "'; there are all, " + names);
+}
+
+Experiment RunExperiment(const ExperimentEntry& entry, const Run& run) {
+  const auto begin = std::chrono::steady_clock::now();
+  run.Progress(entry.name, 0, 0);
+  Experiment experiment = entry.run(run);
+  experiment.name = entry.name;
+  experiment.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return experiment;
+}
+
+std::string Text(const char* format, ...) {
+  va_list arguments, again;
+  va_start(arguments, format);
+  va_copy(again, arguments);
+  const int length = std::vsnprintf(nullptr, 0, format, arguments);
+  va_end(arguments);
+  std::string text(length + 1, '\0');
+  std::vsnprintf(text.data(), text.size(), format, again);
+  va_end(again);
+  text.pop_back();
+  return text;
+}
+
+}  // namespace geond::reproduce
