@@ -36,13 +36,20 @@ std::span<const ExperimentEntry> Experiments() {
   static constexpr ExperimentEntry kAll[] = {
       {"table_1_1", &PinTable},
       {"figure_4_3", &EdgeLaw},
+      {"figure_5_11", &AnnealingTrace},
       {"figure_6_4", &Ellipse},
       {"figure_6_5", &Cycloids},
       {"figure_6_7", &ContourNoise},
       {"figure_6_8", &WigglyDumbbell},
       {"figure_6_9", &PartSignificance},
+      {"figure_6_15", &SolidObjects},
       {"figure_c_3", &InvisibleSide},
       {"table_6_1", &GeonTable},
+      {"table_6_2", &BananaTable},
+      {"figure_6_22", &BananaViews},
+      {"figure_6_25", &MultiPartObjects},
+      {"timing", &Timing},
+      {"peers", &Peers},
   };
   return kAll;
 }

@@ -23,7 +23,21 @@ Experiment WigglyDumbbell(const Run& run);
 Experiment PartSignificance(const Run& run);
 // The invented side of a single view and the minima of charge, Fig. C.3.
 Experiment InvisibleSide(const Run& run);
+// Charge and parts of vase, pin, elephant, owl and clock, Figs. 6.10 to 6.16.
+Experiment SolidObjects(const Run& run);
 // Seven models on seven objects, Table 6.1 and Fig. 6.17.
 Experiment GeonTable(const Run& run);
+// Eleven bananas from four views, Table 6.2, Figs. 6.18 to 6.21.
+Experiment BananaTable(const Run& run);
+// Bananas and a tube from single views, Figs. 6.22 to 6.24.
+Experiment BananaViews(const Run& run);
+// Whole objects as geons, Fig. 6.25.
+Experiment MultiPartObjects(const Run& run);
+// The two terms of the objective during annealing, Fig. 5.11.
+Experiment AnnealingTrace(const Run& run);
+// Times of charge and fits, sections 6.3 and 6.5.
+Experiment Timing(const Run& run);
+// Beside other programs, on the same inputs.
+Experiment Peers(const Run& run);
 
 }  // namespace geond::reproduce

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <queue>
 
-#include "core/parts/part_surface.h"
+#include "core/geometry/point_cloud.h"
 #include "core/picture/object_picture.h"
 #include "core/surface/tessellate.h"
 #include "daemon/reproduce/experiments.h"
@@ -38,6 +38,25 @@ std::vector<int> LocalMinima(const std::vector<std::array<int, 3>>& neighbors, c
     }
   }
   return minima;
+}
+
+// The density averaged by area over balls of 2.5 % of the patch's size about each triangle.
+std::vector<double> Averaged(const TriangleMesh& patch, const std::vector<double>& density) {
+  const double radius = std::max(0.025 * BoundingBox(patch.vertices).diagonal().norm(), MeanEdgeLength(patch));
+  const std::vector<double> areas = TriangleAreas(patch);
+  std::vector<Eigen::Vector3d> middles;
+  for (std::size_t t = 0; t < areas.size(); ++t) middles.push_back(TriangleCentroid(patch, static_cast<int>(t)));
+  std::vector<double> means(areas.size());
+  for (std::size_t t = 0; t < areas.size(); ++t) {
+    double area = 0.0;
+    for (std::size_t u = 0; u < areas.size(); ++u) {
+      if ((middles[u] - middles[t]).squaredNorm() > radius * radius) continue;
+      means[t] += areas[u] * density[u];
+      area += areas[u];
+    }
+    means[t] /= area;
+  }
+  return means;
 }
 
 struct Shift {
@@ -104,14 +123,8 @@ Experiment InvisibleSide(const Run& run) {
     patch = SeenPatch(mesh, of_exact);
     patch = SeenPatch(mesh, density);
     exact_density.push_back(of_exact);
-    const PartSurface surface = MakePartSurface(patch, 0.0);
-    std::vector<double> sorted(density.size());
-    for (std::size_t t = 0; t < sorted.size(); ++t) sorted[t] = density[static_cast<std::size_t>(surface.source[t])];
-    const std::vector<double> mean = BallMean(surface, sorted, std::max(0.025 * surface.size, surface.edge));
-    std::vector<double> in_place(density.size());
-    for (std::size_t t = 0; t < sorted.size(); ++t) in_place[static_cast<std::size_t>(surface.source[t])] = mean[t];
     plain.push_back(density);
-    averaged.push_back(in_place);
+    averaged.push_back(Averaged(patch, density));
     ObjectPictureData data;
     data.mesh = Transform(view.X_TS, patch);
     data.charge = density;

@@ -11,13 +11,17 @@
 #include "daemon/reproduce/report.h"
 
 namespace geond::reproduce {
+
+void PrintTo(const ExperimentEntry& entry, std::ostream* out) { *out << entry.name; }
+
 namespace {
 
 using Json = nlohmann::json;
 
 Json Recorded(const std::string& name) {
   std::ifstream file(GEOND_TEST_DATA "/reproduce/quick.json");
-  for (const Json& experiment : Json::parse(file).at("experiments")) {
+  const Json all = Json::parse(file);
+  for (const Json& experiment : all.at("experiments")) {
     if (experiment.at("name") == name) return experiment;
   }
   return {};
@@ -26,7 +30,7 @@ Json Recorded(const std::string& name) {
 class FiguresTest : public testing::TestWithParam<ExperimentEntry> {};
 
 TEST_P(FiguresTest, AreNoWorseThanRecorded) {
-  Run run;
+  reproduce::Run run;
   run.quick = true;
   run.threads = 1;
   const Experiment experiment = RunExperiment(GetParam(), run);
@@ -92,7 +96,7 @@ TEST(ExperimentByName, ListsTheNamesIfThereIsNone) {
 TEST(RunExperiment, EndsWhenAskedTo) {
   std::stop_source stop;
   stop.request_stop();
-  Run run;
+  reproduce::Run run;
   run.stop = stop.get_token();
   for (const ExperimentEntry& entry : Experiments()) EXPECT_THROW(RunExperiment(entry, run), Cancelled) << entry.name;
 }
