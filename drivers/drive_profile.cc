@@ -143,7 +143,10 @@ DriveProfile ReadDriveProfile(const std::filesystem::path& path) {
   profile.high_word_first = reader.Word(root, "word_order", {"high_first", "low_first"}) == "high_first";
   profile.steps_per_turn = reader.Number(root, "steps_per_turn", 1, 1e9);
   profile.speed_factor = reader.Number(root, "speed_factor", 1e-9, 1e9);
-  profile.accel_is_time = reader.Word(root, "accel", {"time", "rate"}) == "time";
+  const std::string accel = reader.Word(root, "accel", {"time", "rate", "time_per_1000_rpm"});
+  profile.accel = accel == "rate"   ? DriveProfile::Accel::kRate
+                  : accel == "time" ? DriveProfile::Accel::kTime
+                                    : DriveProfile::Accel::kTimePerThousandRpm;
   profile.accel_factor = reader.Number(root, "accel_factor", 1e-9, 1e9);
   profile.lifetime = std::chrono::milliseconds(static_cast<int>(reader.Number(root, "lifetime_ms", 0, 32767)));
 
@@ -162,11 +165,12 @@ DriveProfile ReadDriveProfile(const std::filesystem::path& path) {
   profile.alarm_mask = static_cast<std::uint32_t>(reader.Number(*registers["alarm"].as_table(), "mask", 1, 4294967295.0));
 
   const toml::table& bits = reader.Table(root, "status_bits");
-  reader.OnlyKeys(bits, {"moving", "in_position", "alarmed", "homed"});
+  reader.OnlyKeys(bits, {"moving", "in_position", "alarmed", "homed", "enabled"});
   profile.moving = BitMask(reader, bits, "moving");
   profile.in_position = BitMask(reader, bits, "in_position");
   profile.alarmed = BitMask(reader, bits, "alarmed");
   profile.homed = BitMask(reader, bits, "homed");
+  profile.enabled = BitMask(reader, bits, "enabled");
   if (!profile.moving || !profile.alarmed) reader.Refuse(&bits, "'moving' and 'alarmed' must be given");
 
   if (root.contains("communication_timeout")) {
@@ -175,7 +179,8 @@ DriveProfile ReadDriveProfile(const std::filesystem::path& path) {
     profile.communication_timeout_value = std::chrono::milliseconds(static_cast<int>(reader.Number(timeout, "value_ms", 1, 60'000)));
   }
   const std::map<std::string, std::uint32_t> names{{"moving", profile.moving}, {"in_position", profile.in_position},
-                                                   {"alarmed", profile.alarmed}, {"homed", profile.homed}};
+                                                   {"alarmed", profile.alarmed}, {"homed", profile.homed},
+                                                   {"enabled", profile.enabled}};
   for (const char* name : {"enable", "home", "move", "stop", "quick_stop", "disable", "reset"}) {
     const toml::node& steps = reader.Need(root, name);
     if (!steps.is_array_of_tables()) reader.Refuse(&steps, std::string("'") + name + "' must be a list of steps");

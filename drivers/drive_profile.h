@@ -44,10 +44,13 @@ struct DriveProfile {
   int stop_bits = 1;
   double steps_per_turn = 36000;  // of the motor's shaft
   double speed_factor = 1.0;      // drive's unit of speed for one step a second
-  double accel_factor = 1.0;      // drive's unit of acceleration for one step a second squared, or ...
-  bool accel_is_time = false;     // ... accel_factor times the milliseconds from rest to full speed
+  // How acceleration is given: in the drive's unit, accel_factor of it being one step a second squared; or as time,
+  // accel_factor times the milliseconds from rest to full speed or to 1000 turns a minute.
+  enum class Accel { kRate, kTime, kTimePerThousandRpm };
+  Accel accel = Accel::kRate;
+  double accel_factor = 1.0;
   DriveRegister status, position, alarm;
-  std::uint32_t moving = 0, in_position = 0, alarmed = 0, homed = 0;  // masks of `status`; 0: the drive does not say
+  std::uint32_t moving = 0, in_position = 0, alarmed = 0, homed = 0, enabled = 0;  // masks of `status`; 0: the drive does not say
   std::uint32_t alarm_mask = 0xffff;                                  // of `alarm`
   std::chrono::milliseconds lifetime{0};                              // of a motion without new commands; 0: none
   // Read back after it is written, so that a dead service stops the motor; address 0: the drive has none.

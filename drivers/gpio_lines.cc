@@ -48,6 +48,10 @@ std::string Remedy(int error) {
 
 }  // namespace
 
+std::string WireWords(const char* name, const GpioWire& wire) {
+  return std::string(name) + ", line " + (wire.line.empty() ? std::to_string(wire.offset) : wire.line) + " of " + wire.chip;
+}
+
 void GpioLines::CloseChip::operator()(gpiod_chip* chip) const { gpiod_chip_close(chip); }
 
 GpioLines::GpioLines(GpioLinesOptions options) : options_(std::move(options)) {
@@ -60,7 +64,8 @@ GpioLines::GpioLines(GpioLinesOptions options) : options_(std::move(options)) {
   const std::array wires = {&laser_, &motor_, &lamp_, &trigger_, &emergency_stop_, &door_};
   for (const Wire* a : wires) {
     for (const Wire* b : wires) {
-      if (a < b && a->where && b->where && a->where->chip == b->where->chip && a->where->offset == b->where->offset) {
+      if (a < b && a->where && b->where && a->where->chip == b->where->chip && a->where->line == b->where->line &&
+          (!a->where->line.empty() || a->where->offset == b->where->offset)) {
         throw std::invalid_argument(std::string("gpio lines: ") + a->name + " and " + b->name +
                                     " are on the same line");
       }
@@ -80,6 +85,7 @@ GpioLines::GpioLines(GpioLinesOptions options) : options_(std::move(options)) {
     Open();
   } catch (...) {
     Release();
+    if (options_.may_be_absent) return;  // fault_ says why
     close(timer_fd_);
     close(event_fd_);
     throw;
@@ -96,8 +102,7 @@ GpioLines::~GpioLines() {
 void GpioLines::Fail(const char* call, const Wire& wire, int error) {
   fault_ = std::string(wire.name) + ": " + std::strerror(error);
   throw DeviceError(kName, call,
-                    std::string(wire.name) + ", line " + std::to_string(wire.where->offset) + " of " +
-                        wire.where->chip + ": " + std::strerror(error),
+                    WireWords(wire.name, *wire.where) + ": " + std::strerror(error),
                     Remedy(error));
 }
 
@@ -114,8 +119,9 @@ void GpioLines::Request(Wire& wire, bool output) {
   if (!wire.where) return;
   gpiod_chip* chip = Chip(wire.where->chip);
   if (chip == nullptr) Fail("open chip", wire, errno);
-  gpiod_line* line = gpiod_chip_get_line(chip, wire.where->offset);
-  if (line == nullptr) Fail("get line", wire, errno);
+  gpiod_line* line = wire.where->line.empty() ? gpiod_chip_get_line(chip, wire.where->offset)
+                                              : gpiod_chip_find_line(chip, wire.where->line.c_str());
+  if (line == nullptr) Fail("get line", wire, wire.where->line.empty() ? errno : EINVAL);
   const int flags = RequestFlags(*wire.where);
   const int result = output ? gpiod_line_request_output_flags(line, kConsumer, flags, 0)
                             : gpiod_line_request_both_edges_events_flags(line, kConsumer, flags);
@@ -138,6 +144,7 @@ void GpioLines::Open() {
   // Levels after the requests: an edge may have come before them.
   for (Wire* wire : {&emergency_stop_, &door_}) ReadInput(*wire);
   fault_.clear();
+  slow_ = false;
 }
 
 void GpioLines::Release() noexcept {
@@ -163,8 +170,20 @@ DeviceInfo GpioLines::info() const {
 
 void GpioLines::Drive(Wire& wire, const char* call, bool on) {
   if (wire.line == nullptr) Fail(call, wire, ENODEV);
+  const Clock::time_point begin = Clock::now();
   if (gpiod_line_set_value(wire.line, on) != 0) Fail(call, wire, errno);
   wire.on = on;
+  CheckPace(call, wire, begin);
+}
+
+// A chip on a bus that hangs must not keep the laser on: what is slow is let go.
+void GpioLines::CheckPace(const char* call, const Wire& wire, Clock::time_point begin) {
+  const auto took = std::chrono::duration_cast<std::chrono::milliseconds>(Clock::now() - begin);
+  if (took <= options_.longest_call) return;
+  slow_ = true;
+  fault_ = std::string(wire.name) + " took " + std::to_string(took.count()) + " ms";
+  throw DeviceError(kName, call, WireWords(wire.name, *wire.where) + ": the chip took " + std::to_string(took.count()) + " ms",
+                    "Check the bus that the chip is on");
 }
 
 void GpioLines::Set(Wire& wire, const char* call, bool on) {
@@ -209,6 +228,7 @@ void GpioLines::ReadInput(Wire& wire) {
   if (!wire.where) return;
   if (wire.line == nullptr) Fail("read line", wire, ENODEV);
   bool active = false;
+  const Clock::time_point begin = Clock::now();
   std::array<gpiod_line_event, 16> events;
   while (true) {
     const int count = gpiod_line_event_read_multiple(wire.line, events.data(), events.size());
@@ -218,6 +238,7 @@ void GpioLines::ReadInput(Wire& wire) {
   }
   const int level = gpiod_line_get_value(wire.line);
   if (level < 0) Fail("read line", wire, errno);
+  CheckPace("read line", wire, begin);
   if (level > 0 || active) {
     wire.on = true;
     wire.active = Clock::now();
@@ -267,7 +288,10 @@ void GpioLines::AllOff() noexcept {
   for (Wire* wire : {&laser_, &motor_}) {
     wire->on = false;
     if (wire->line == nullptr) continue;
-    if (gpiod_line_set_value(wire->line, 0) != 0 || gpiod_line_get_value(wire->line) != 0) {
+    const Clock::time_point begin = Clock::now();
+    const bool failed = slow_ || gpiod_line_set_value(wire->line, 0) != 0 || gpiod_line_get_value(wire->line) != 0;
+    slow_ = slow_ || Clock::now() - begin > options_.longest_call;
+    if (failed) {
       // A line let go falls back to its safe level where the hardware is wired for it: the last resort.
       fault_ = std::string(wire->name) + " could not be switched off";
       gpiod_line_release(wire->line);

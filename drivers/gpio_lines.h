@@ -20,7 +20,8 @@ namespace geond::drivers {
 struct GpioWire {
   enum class Bias { kAsIs, kNone, kPullUp, kPullDown };
   std::string chip;     // "/dev/gpiochip0", or the chip's name or label
-  unsigned offset = 0;  // of the line in the chip
+  unsigned offset = 0;  // of the line in the chip, ...
+  std::string line = {};  // ... or its name there, if not empty
   bool active_low = false;
   Bias bias = Bias::kAsIs;
 };
@@ -31,6 +32,8 @@ struct GpioLinesOptions {
   GpioWire emergency_stop;
   std::optional<GpioWire> motor, lamp, trigger, door;  // absent: not wired
   std::chrono::microseconds trigger_pulse{500};
+  std::chrono::milliseconds longest_call{100};  // a chip that takes longer for a call has failed
+  bool may_be_absent = false;  // when made: rather be absent until inputs() finds the lines than throw
   std::chrono::milliseconds debounce{20};  // an input counts as released only after it was quiet for so long
 };
 
@@ -40,7 +43,8 @@ struct GpioLinesOptions {
 // outputs off; so a chip that vanished may come back. All methods from any thread.
 class GpioLines final : public Lines {
  public:
-  // Throws std::invalid_argument if two wires share a line, DeviceError naming wire and chip if one cannot be had.
+  // Throws std::invalid_argument if two wires share a line, DeviceError naming wire and chip if one cannot be had
+  // (unless it may be absent).
   explicit GpioLines(GpioLinesOptions options);
   ~GpioLines() override;
   GpioLines(const GpioLines&) = delete;
@@ -74,6 +78,7 @@ class GpioLines final : public Lines {
   void Request(Wire& wire, bool output);
   void Set(Wire& wire, const char* call, bool on);
   void Drive(Wire& wire, const char* call, bool on);
+  void CheckPace(const char* call, const Wire& wire, std::chrono::steady_clock::time_point begin);
   void ReadInput(Wire& wire);
   void ArmTimer();
   Inputs ReadAll(const char* call);
@@ -87,6 +92,10 @@ class GpioLines final : public Lines {
   std::mutex trigger_mutex_;          // one pulse at a time
   std::vector<std::pair<std::string, std::unique_ptr<gpiod_chip, CloseChip>>> chips_;
   std::string fault_;
+  bool slow_ = false;  // the chip took too long: from then on it is rather let go than asked
 };
+
+// "laser, line 4 of /dev/gpiochip0", or with the name of the line.
+std::string WireWords(const char* name, const GpioWire& wire);
 
 }  // namespace geond::drivers

@@ -60,14 +60,15 @@ timeval TimeOf(std::chrono::milliseconds time) {
   return {static_cast<time_t>(time.count() / 1000), static_cast<suseconds_t>(time.count() % 1000 * 1000)};
 }
 
-// Where a camera's channels are.
+constexpr std::uint16_t kSickVendor = 0x19A2, kTimProduct = 0x5001;
+
+// Where a device's channels are. A scanner has no stream.
 struct Channels {
   int control_interface = -1, stream_interface = -1;
   std::uint8_t control_out = 0, control_in = 0, stream_in = 0;
   std::uint8_t guid_text = 0, model_text = 0, serial_text = 0;  // numbers of strings
-  bool complete() const {
-    return control_interface >= 0 && stream_interface >= 0 && control_out != 0 && control_in != 0 && stream_in != 0;
-  }
+  bool has_control() const { return control_interface >= 0 && control_out != 0 && control_in != 0; }
+  bool has_stream() const { return stream_interface >= 0 && stream_in != 0; }
 };
 
 void ReadU3vDescriptor(const unsigned char* bytes, int size, Channels& channels) {
@@ -79,7 +80,8 @@ void ReadU3vDescriptor(const unsigned char* bytes, int size, Channels& channels)
   }
 }
 
-Channels ChannelsOf(libusb_device* device) {
+// Of a camera; without control if it is none.
+Channels CameraChannels(libusb_device* device) {
   Channels channels;
   libusb_config_descriptor* raw = nullptr;
   if (libusb_get_active_config_descriptor(device, &raw) != 0) return channels;
@@ -100,6 +102,29 @@ Channels ChannelsOf(libusb_device* device) {
       if (!control && in) channels.stream_in = endpoint.bEndpointAddress;
     }
   }
+  return channels.has_stream() ? channels : Channels{};
+}
+
+// Of a SICK TiM, which has one interface with one endpoint each way; without control if it is none.
+Channels ScannerChannels(libusb_device* device) {
+  Channels channels;
+  libusb_device_descriptor about{};
+  libusb_config_descriptor* raw = nullptr;
+  if (libusb_get_device_descriptor(device, &about) != 0 || about.idVendor != kSickVendor || about.idProduct != kTimProduct ||
+      libusb_get_active_config_descriptor(device, &raw) != 0) {
+    return channels;
+  }
+  const std::unique_ptr<libusb_config_descriptor, FreeConfig> config(raw);
+  if (config->bNumInterfaces < 1 || config->interface[0].num_altsetting < 1) return channels;
+  const libusb_interface_descriptor& setting = config->interface[0].altsetting[0];
+  channels.control_interface = setting.bInterfaceNumber;
+  channels.model_text = about.iProduct;
+  channels.serial_text = about.iSerialNumber;
+  for (int e = 0; e < setting.bNumEndpoints; ++e) {
+    if ((setting.endpoint[e].bmAttributes & 3) != LIBUSB_TRANSFER_TYPE_BULK) continue;
+    const std::uint8_t address = setting.endpoint[e].bEndpointAddress;
+    ((address & LIBUSB_ENDPOINT_IN) != 0 ? channels.control_in : channels.control_out) = address;
+  }
   return channels;
 }
 
@@ -110,27 +135,34 @@ std::string TextOf(libusb_device_handle* handle, std::uint8_t number) {
   return size > 0 ? std::string(text.begin(), text.begin() + size) : std::string();
 }
 
-[[noreturn]] void FailOpen(const std::string& cause, const std::string& remedy) {
-  throw DeviceError("camera", "open", cause, remedy);
+[[noreturn]] void FailOpen(const std::string& thing, const std::string& cause, const std::string& remedy) {
+  throw DeviceError(thing, "open", cause, remedy);
 }
 
 class LibusbPort final : public UsbPort {
  public:
-  LibusbPort(Context context, Handle handle, const Channels& channels, std::string model, std::string identity)
+  LibusbPort(const std::string& thing, Context context, Handle handle, const Channels& channels, std::string model,
+             std::string identity)
       : context_(std::move(context)), handle_(std::move(handle)), channels_(channels), model_(std::move(model)),
         identity_(std::move(identity)) {
     libusb_set_auto_detach_kernel_driver(handle_.get(), 1);
+    if (libusb_has_capability(LIBUSB_CAP_HAS_HOTPLUG) != 0) {
+      libusb_hotplug_register_callback(context_.get(), LIBUSB_HOTPLUG_EVENT_DEVICE_LEFT, 0, LIBUSB_HOTPLUG_MATCH_ANY,
+                                       LIBUSB_HOTPLUG_MATCH_ANY, LIBUSB_HOTPLUG_MATCH_ANY, &LibusbPort::OnLeft, this,
+                                       nullptr);
+    }
     for (int number : {channels_.control_interface, channels_.stream_interface}) {
+      if (number < 0) continue;
       if (const int error = libusb_claim_interface(handle_.get(), number); error != 0) {
-        FailOpen("claiming interface " + std::to_string(number) + ": " + libusb_strerror(error),
-                 error == LIBUSB_ERROR_BUSY ? "Another program uses the camera: end it" : "Plug the camera in again");
+        FailOpen(thing, "claiming interface " + std::to_string(number) + ": " + libusb_strerror(error),
+                 error == LIBUSB_ERROR_BUSY ? "Another program uses it: end that" : "Plug it in again");
       }
     }
   }
 
   ~LibusbPort() override {
     CancelReads();
-    libusb_release_interface(handle_.get(), channels_.stream_interface);
+    if (channels_.has_stream()) libusb_release_interface(handle_.get(), channels_.stream_interface);
     libusb_release_interface(handle_.get(), channels_.control_interface);
   }
 
@@ -147,6 +179,14 @@ class LibusbPort final : public UsbPort {
     const int out = libusb_clear_halt(handle_.get(), channels_.control_out);
     const int in = libusb_clear_halt(handle_.get(), channels_.control_in);
     return StatusOf(out != 0 ? out : in);
+  }
+
+  bool Present() override {
+    timeval none{};
+    libusb_handle_events_timeout_completed(context_.get(), &none, nullptr);
+    const bool lost = !reads_.empty() && reads_.front()->ended != 0 &&
+                      reads_.front()->transfer->status == LIBUSB_TRANSFER_NO_DEVICE;
+    return !left_ && !lost;
   }
 
   Status PostRead(std::span<std::uint8_t> buffer) override {
@@ -211,6 +251,13 @@ class LibusbPort final : public UsbPort {
     static_cast<PostedRead*>(transfer->user_data)->ended = 1;
   }
 
+  // libusb tells of each device that leaves; it must not be called from here.
+  static int LIBUSB_CALL OnLeft(libusb_context*, libusb_device* device, libusb_hotplug_event, void* port) {
+    LibusbPort& self = *static_cast<LibusbPort*>(port);
+    self.left_ = self.left_ || device == libusb_get_device(self.handle_.get());
+    return 0;
+  }
+
   Result Bulk(std::uint8_t endpoint, std::uint8_t* data, std::size_t size, std::chrono::milliseconds timeout) {
     int moved = 0;
     // Zero would mean to wait for ever.
@@ -224,16 +271,18 @@ class LibusbPort final : public UsbPort {
   const Channels channels_;
   const std::string model_, identity_;
   std::deque<std::unique_ptr<PostedRead>> reads_;  // oldest first
+  bool left_ = false;
 };
 
-std::unique_ptr<UsbPort> OpenCamera(const std::string& wanted) {
+// `thing` is "camera" or "scanner": what is looked for, by `channels_of`.
+std::unique_ptr<UsbPort> Open(const std::string& thing, Channels (*channels_of)(libusb_device*), const std::string& wanted) {
   libusb_context* raw = nullptr;
   if (const int error = libusb_init(&raw); error != 0)
-    FailOpen(libusb_strerror(error), "Check that /dev/bus/usb is there");
+    FailOpen(thing, libusb_strerror(error), "Check that /dev/bus/usb is there");
   Context context(raw);
   libusb_device** list = nullptr;
   const ssize_t count = libusb_get_device_list(context.get(), &list);
-  if (count < 0) FailOpen(libusb_strerror(static_cast<int>(count)), "Check that /dev/bus/usb is there");
+  if (count < 0) FailOpen(thing, libusb_strerror(static_cast<int>(count)), "Check that /dev/bus/usb is there");
   struct FreeList { void operator()(libusb_device** devices) const { libusb_free_device_list(devices, 1); } };
   const std::unique_ptr<libusb_device*, FreeList> devices(list);
   struct Found {
@@ -244,8 +293,8 @@ std::unique_ptr<UsbPort> OpenCamera(const std::string& wanted) {
   std::vector<Found> found;
   std::string seen, denied;
   for (ssize_t i = 0; i < count; ++i) {
-    const Channels channels = ChannelsOf(list[i]);
-    if (!channels.complete()) continue;
+    const Channels channels = channels_of(list[i]);
+    if (!channels.has_control()) continue;
     libusb_device_handle* opened = nullptr;
     if (const int error = libusb_open(list[i], &opened); error != 0) {
       denied += (denied.empty() ? "" : ", ") + ("bus " + std::to_string(libusb_get_bus_number(list[i]))) + " device " +
@@ -259,25 +308,29 @@ std::unique_ptr<UsbPort> OpenCamera(const std::string& wanted) {
     if (!wanted.empty() && wanted != guid && wanted != serial) continue;
     found.push_back({std::move(handle), channels, TextOf(opened, channels.model_text), identity});
   }
-  if (found.size() > 1) FailOpen("several cameras are there: " + seen, "Name one of them in the configuration");
+  if (found.size() > 1) FailOpen(thing, "several are there: " + seen, "Name one of them in rangefinder.identity");
   if (found.empty() && !denied.empty()) {
-    FailOpen("a camera may not be opened (" + denied + ")", "Install geond's udev rule and plug the camera in again");
+    FailOpen(thing, "it may not be opened (" + denied + ")", "Install geond's udev rule and plug it in again");
   }
   if (found.empty() && wanted.empty())
-    FailOpen("no camera is there, it is unplugged", "Plug it in and reset the station");
+    FailOpen(thing, "none is there, it is unplugged", "Plug it in and reset the station");
   if (found.empty()) {
-    FailOpen("camera " + wanted + " is not there, it is unplugged" + (seen.empty() ? "" : "; there is " + seen),
-             "Plug it in and reset the station, or correct its name in the configuration");
+    FailOpen(thing, wanted + " is not there, it is unplugged" + (seen.empty() ? "" : "; there is " + seen),
+             "Plug it in and reset the station, or correct rangefinder.identity");
   }
-  Found& camera = found.front();
-  return std::make_unique<LibusbPort>(std::move(context), std::move(camera.handle), camera.channels, camera.model,
-                                      camera.identity);
+  Found& device = found.front();
+  return std::make_unique<LibusbPort>(thing, std::move(context), std::move(device.handle), device.channels, device.model,
+                                      device.identity);
 }
 
 }  // namespace
 
 UsbOpener LibusbCamera(std::string identity) {
-  return [identity = std::move(identity)] { return OpenCamera(identity); };
+  return [identity = std::move(identity)] { return Open("camera", &CameraChannels, identity); };
+}
+
+UsbOpener LibusbScanner(std::string serial) {
+  return [serial = std::move(serial)] { return Open("scanner", &ScannerChannels, serial); };
 }
 
 }  // namespace geond::drivers

@@ -12,4 +12,7 @@ namespace geond::drivers {
 // and what to do if it may not be opened.
 UsbOpener LibusbCamera(std::string identity);
 
+// The same for a SICK TiM line scanner; its one channel each way is the port's control channel.
+UsbOpener LibusbScanner(std::string serial);
+
 }  // namespace geond::drivers

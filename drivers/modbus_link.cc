@@ -14,6 +14,7 @@ namespace {
 
 constexpr int kResyncRounds = 5;
 constexpr int kMostStrayBytes = 4096;
+constexpr std::chrono::milliseconds kProbeTime(30);  // for an answer at settings that are tried
 
 // The registers cannot be asked for, as against a reply that is lost or broken: the line is in order.
 bool IsModbusException(int error) { return error > MODBUS_ENOBASE && error < EMBBADCRC; }
@@ -30,6 +31,28 @@ void ModbusLink::Free::operator()(modbus_t* context) const {
   modbus_free(context);
 }
 
+std::unique_ptr<modbus_t, ModbusLink::Free> ModbusLink::Open(const ModbusAddress& address) {
+  const bool serial = !address.serial_device.empty();
+  std::unique_ptr<modbus_t, Free> context(
+      serial ? modbus_new_rtu(address.serial_device.c_str(), address.baud, address.parity, 8, address.stop_bits)
+             : modbus_new_tcp(address.host.c_str(), address.port));
+  if (!context) return nullptr;
+  const auto timeout = std::chrono::duration_cast<std::chrono::microseconds>(address.response_timeout).count();
+  modbus_set_error_recovery(context.get(), MODBUS_ERROR_RECOVERY_NONE);
+  modbus_set_response_timeout(context.get(), static_cast<std::uint32_t>(timeout / 1'000'000),
+                              static_cast<std::uint32_t>(timeout % 1'000'000));
+  // And half a reply is no more worth waiting for.
+  modbus_set_byte_timeout(context.get(), static_cast<std::uint32_t>(timeout / 1'000'000),
+                          static_cast<std::uint32_t>(timeout % 1'000'000));
+  modbus_set_slave(context.get(), address.unit);
+  if (modbus_connect(context.get()) != 0) {
+    const int error = errno;
+    context.reset();
+    errno = error;
+  }
+  return context;
+}
+
 ModbusLink::ModbusLink(std::string name, ModbusAddress address, std::uint16_t probe)
     : name_(std::move(name)), address_(std::move(address)), probe_(probe) {}
 
@@ -38,20 +61,16 @@ ModbusLink::~ModbusLink() = default;
 void ModbusLink::Connect() {
   const bool serial = !address_.serial_device.empty();
   const std::string where = serial ? address_.serial_device : address_.host + ":" + std::to_string(address_.port);
-  context_.reset(serial ? modbus_new_rtu(address_.serial_device.c_str(), address_.baud, address_.parity, 8, address_.stop_bits)
-                        : modbus_new_tcp(address_.host.c_str(), address_.port));
-  if (!context_) throw DeviceError(name_, "open " + where, modbus_strerror(errno), "Check the address in the config");
-  const auto timeout = std::chrono::duration_cast<std::chrono::microseconds>(address_.response_timeout).count();
-  modbus_set_error_recovery(context_.get(), MODBUS_ERROR_RECOVERY_NONE);
-  modbus_set_response_timeout(context_.get(), static_cast<std::uint32_t>(timeout / 1'000'000),
-                              static_cast<std::uint32_t>(timeout % 1'000'000));
-  modbus_set_slave(context_.get(), address_.unit);
-  if (modbus_connect(context_.get()) != 0) {
+  context_ = Open(address_);
+  if (!context_) {
     const int error = errno;
-    context_.reset();
-    throw DeviceError(name_, "connect to " + where, modbus_strerror(error),
-                      serial ? "Is the adapter plugged in, and may this user open it (group dialout)?"
-                             : "Is the drive on, and is the address right?");
+    const std::string remedy =
+        !serial                                     ? "Is the drive on, and is the address right?"
+        : error == EACCES || error == EPERM         ? "Add this user to the group dialout"
+        : error == ENOENT || error == ENXIO         ? "Plug the adapter in, or correct turntable.serial"
+        : error == EBUSY                            ? "Another program uses the port: end it"
+                                                    : "Check turntable.serial and the adapter";
+    throw DeviceError(name_, "connect to " + where, modbus_strerror(error), remedy);
   }
   suspect_ = serial;  // whoever spoke on this line before may still be waited for
 }
@@ -71,6 +90,15 @@ void ModbusLink::Write(std::uint16_t address, std::span<const std::uint16_t> val
   if (modbus_write_registers(context_.get(), address, count, values.data()) != count) {
     Fail("write " + std::to_string(count) + " registers at " + std::to_string(address), errno);
   }
+}
+
+bool ModbusLink::WriteOnce(std::uint16_t address, std::span<const std::uint16_t> values) noexcept {
+  if (!context_) return false;
+  modbus_flush(context_.get());
+  const int count = static_cast<int>(values.size());
+  const bool done = modbus_write_registers(context_.get(), address, count, values.data()) == count;
+  suspect_ = suspect_ || !done;
+  return done;
 }
 
 void ModbusLink::Ready() {
@@ -129,6 +157,27 @@ void ModbusLink::Fail(const std::string& call, int error) {
                        "Check power, wiring, baud rate, parity and unit number");
   }
   throw DeviceError(name_, call, modbus_strerror(error), "Check wiring and termination for noise");
+}
+
+std::string FindLineSettings(const ModbusAddress& address, std::uint16_t probe) {
+  if (address.serial_device.empty()) return {};
+  for (const int baud : {address.baud, 9600, 19200, 38400, 57600, 115200, 230400}) {
+    for (const char parity : {'E', 'N', 'O'}) {
+      if (baud == address.baud ? parity == address.parity : false) continue;
+      ModbusAddress other = address;
+      other.baud = baud;
+      other.parity = parity;
+      other.response_timeout = std::min(address.response_timeout, kProbeTime);
+      const auto context = ModbusLink::Open(other);
+      std::uint16_t word = 0;
+      if (!context) return {};
+      modbus_flush(context.get());
+      if (modbus_read_registers(context.get(), probe, 1, &word) != 1 && !IsModbusException(errno)) continue;
+      const std::string name = parity == 'E' ? "even" : parity == 'O' ? "odd" : "no";
+      return "it answers at " + std::to_string(baud) + " baud with " + name + " parity";
+    }
+  }
+  return {};
 }
 
 }  // namespace geond::drivers

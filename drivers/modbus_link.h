@@ -35,14 +35,19 @@ class ModbusLink {
   ModbusLink(ModbusLink&&) noexcept = default;
   ModbusLink& operator=(ModbusLink&&) noexcept = default;
 
+  struct Free { void operator()(modbus_t* context) const; };
+  // A connection of its own, or none and errno.
+  static std::unique_ptr<modbus_t, Free> Open(const ModbusAddress& address);
+
   bool connected() const { return context_ != nullptr; }
   void Connect();
   void Close() noexcept { context_.reset(); }
   std::vector<std::uint16_t> Read(std::uint16_t address, int count);
   void Write(std::uint16_t address, std::span<const std::uint16_t> values);
+  // Writes at once, whatever is still under way, and says whether it was acknowledged; no longer than one reply takes.
+  bool WriteOnce(std::uint16_t address, std::span<const std::uint16_t> values) noexcept;
 
  private:
-  struct Free { void operator()(modbus_t* context) const; };
   void Ready();
   void Resynchronise();
   // Throws away what comes in until nothing has for a response timeout; false if it never ends.
@@ -55,5 +60,9 @@ class ModbusLink {
   std::unique_ptr<modbus_t, Free> context_;
   bool suspect_ = false;  // a reply may still be under way
 };
+
+// What is wrong with the settings of a serial line on which nothing answers: tries other speeds and parities, a reply's
+// time each, and says with which the device answers; empty if with none, or if it is no serial line.
+std::string FindLineSettings(const ModbusAddress& address, std::uint16_t probe);
 
 }  // namespace geond::drivers

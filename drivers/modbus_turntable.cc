@@ -36,12 +36,14 @@ DeviceInfo ModbusTurntable::info() const {
 template <typename Work>
 void ModbusTurntable::Guarded(const std::string& call, const Work& work) {
   try {
-    if (info().state == DeviceState::kFault) throw DeviceError("turntable", call, "it is faulted: " + info().fault, "Reset it first");
+    if (const std::string fault = info().fault; !fault.empty()) {
+      throw DeviceError("turntable", call, "it failed before: " + fault, "Reset it first");
+    }
     work();
   } catch (const Error& error) {
     const std::lock_guard lock(state_mutex_);
-    if (info_.state != DeviceState::kFault) info_.fault = error.what();
-    info_.state = DeviceState::kFault;
+    if (info_.fault.empty()) info_.fault = error.what();
+    info_.state = link_.connected() ? DeviceState::kFault : DeviceState::kAbsent;
     throw;
   }
 }
@@ -55,9 +57,7 @@ void ModbusTurntable::Enable() {
       const std::lock_guard lock(state_mutex_);
       info_.state = DeviceState::kArmed;
     }
-    if (options_.profile.communication_timeout_value.count() > 0) {
-      keep_alive_ = std::jthread([this](std::stop_token stop) { KeepAlive(stop); });
-    }
+    keep_alive_ = std::jthread([this](std::stop_token stop) { KeepAlive(stop); });
   });
 }
 
@@ -80,8 +80,10 @@ void ModbusTurntable::MoveTo(double target_angle, std::stop_token stop) {
     }
     const double step_rate = options_.speed * std::abs(steps_per_radian());
     const double step_acceleration = options_.acceleration * std::abs(steps_per_radian());
-    const double accel = profile.accel_is_time ? 1e3 * options_.speed / options_.acceleration * profile.accel_factor
-                                               : step_acceleration * profile.accel_factor;
+    const double thousand_rpm = 1000.0 / 60.0 * profile.steps_per_turn;  // steps a second
+    const double accel = profile.accel_factor * (profile.accel == DriveProfile::Accel::kRate   ? step_acceleration
+                                                 : profile.accel == DriveProfile::Accel::kTime ? 1e3 * step_rate / step_acceleration
+                                                                                               : 1e3 * thousand_rpm / step_acceleration);
     const std::int64_t target_steps = std::llround(target * steps_per_radian());
     const Values values{{"target", target_steps},
                         {"speed", std::max<std::int64_t>(1, std::llround(step_rate * profile.speed_factor))},
@@ -91,14 +93,17 @@ void ModbusTurntable::MoveTo(double target_angle, std::stop_token stop) {
     RunSequence("move", values, stop);
 
     const Clock::time_point begin = Clock::now();
-    const auto limit = options_.motion_timeout + std::chrono::milliseconds(std::llround(1e3 * std::abs(turn) / options_.speed));
+    const double expected = std::abs(turn) / options_.speed + options_.speed / options_.acceleration;  // s
+    const auto limit = options_.motion_timeout + std::chrono::milliseconds(std::llround(1.5e3 * expected));
     Clock::time_point repeated = begin;
+    Stall stall;
     const double tolerance = std::max(1.0, options_.tolerance * std::abs(steps_per_radian()));
     for (;;) {
       Pause(options_.poll_period, stop, "move");
       const std::uint32_t status = CheckedStatus("move");
       const bool there = std::abs(static_cast<double>(ReadRegister(profile.position) - target_steps)) <= tolerance;
       if (there && !(status & profile.moving) && (!profile.in_position || (status & profile.in_position))) break;
+      CheckStall(stall, "move");
       const Clock::time_point time = Clock::now();
       if (time - begin > limit) {
         Halt();
@@ -123,39 +128,48 @@ bool ModbusTurntable::moving() { return ReadRegister(options_.profile.status) & 
 void ModbusTurntable::Halt() noexcept {
   halted_ = true;
   wake_.notify_all();
-  try {
-    if (!link_.connected()) return;
-    for (const DriveStep& step : options_.profile.sequences.at("quick_stop")) WriteStep(step, {});
-  } catch (...) {  // the motor-enable wire and the drive's own timeouts are what is left
+  WriteOnce("quick_stop");
+}
+
+void ModbusTurntable::WriteOnce(const std::string& sequence) noexcept {
+  // If it fails, the motor-enable wire and the drive's own timeouts are what is left.
+  const std::unique_lock lock(link_mutex_, options_.address.response_timeout);
+  if (!lock.owns_lock() || !link_.connected()) return;
+  for (const DriveStep& step : options_.profile.sequences.at(sequence)) {
+    if (step.kind == DriveStep::Kind::kWrite && !link_.WriteOnce(step.address, WordsOf(step, {}))) return;
+  }
+}
+
+void ModbusTurntable::CheckStall(Stall& stall, const std::string& call) {
+  const std::int64_t position = ReadRegister(options_.profile.position);
+  if (position != stall.position) {
+    stall = {position, Clock::now()};
+  } else if (Clock::now() - stall.since > options_.stall_time) {
+    Halt();
+    throw DeviceError("turntable", call, "the motor does not turn", "Look for what blocks it and whether it has power");
   }
 }
 
 void ModbusTurntable::KeepAlive(std::stop_token stop) {
-  const std::chrono::milliseconds period = options_.profile.communication_timeout_value / 4;
+  const std::chrono::milliseconds own = options_.profile.communication_timeout_value / 4;
+  const std::chrono::milliseconds period = own.count() > 0 ? std::min(own, options_.watch_period) : options_.watch_period;
   std::mutex mutex;
   std::condition_variable_any never;
   std::unique_lock lock(mutex);
   while (!never.wait_for(lock, stop, period, [] { return false; }) && !stop.stop_requested()) {
+    if (!info().fault.empty()) return;  // the call that failed has said so
     try {
       Guarded("keep the drive awake", [&] { CheckedStatus("keep the drive awake"); });
     } catch (const Error&) {
-      return;  // the device is faulted and says why; the next call throws
+      signal_.Tell();  // the device is faulted and says why; the next call throws
+      return;
     }
   }
 }
 
 void ModbusTurntable::Disable() noexcept {
   keep_alive_ = {};
-  try {
-    if (link_.connected()) {
-      for (const char* name : {"quick_stop", "disable"}) {
-        for (const DriveStep& step : options_.profile.sequences.at(name)) {
-          if (step.kind == DriveStep::Kind::kWrite) WriteStep(step, {});
-        }
-      }
-    }
-  } catch (...) {
-  }
+  for (const char* name : {"quick_stop", "disable"}) WriteOnce(name);
   const std::lock_guard lock(state_mutex_);
   if (info_.state == DeviceState::kArmed) info_.state = DeviceState::kIdle;
 }
@@ -169,6 +183,14 @@ void ModbusTurntable::Reset() {
   }
   Guarded("reset", [&] {
     halted_ = false;
+    try {
+      ReadRegister(options_.profile.status);
+    } catch (const TimeoutError& error) {
+      link_.Close();
+      const std::string finding = FindLineSettings(options_.address, options_.profile.status.address);
+      if (finding.empty()) throw;
+      throw DeviceError("turntable", "reset", error.cause() + "; " + finding, "Correct turntable.baud and turntable.parity");
+    }
     if (ReadRegister(options_.profile.status) & options_.profile.alarmed) RunSequence("reset", {}, {});
     CheckedStatus("reset");
   });
@@ -184,8 +206,7 @@ std::int64_t ModbusTurntable::ReadRegister(const DriveRegister& what) {
   return what.type == DriveRegister::Type::kU32 ? std::int64_t{value} : std::int64_t{static_cast<std::int32_t>(value)};
 }
 
-void ModbusTurntable::WriteStep(const DriveStep& step, const Values& values) {
-  if (step.kind != DriveStep::Kind::kWrite) return;
+std::vector<std::uint16_t> ModbusTurntable::WordsOf(const DriveStep& step, const Values& values) const {
   std::vector<std::uint16_t> words;
   for (const auto& [type, value] : step.values) {
     const std::int64_t number = std::holds_alternative<std::string>(value) ? values.at(std::get<std::string>(value))
@@ -198,8 +219,12 @@ void ModbusTurntable::WriteStep(const DriveStep& step, const Values& values) {
       words.push_back(options_.profile.high_word_first ? low : high);
     }
   }
+  return words;
+}
+
+void ModbusTurntable::WriteStep(const DriveStep& step, const Values& values) {
   const std::lock_guard lock(link_mutex_);
-  link_.Write(step.address, words);
+  link_.Write(step.address, WordsOf(step, values));
 }
 
 void ModbusTurntable::RunSequence(const std::string& name, const Values& values, std::stop_token stop) {
@@ -215,10 +240,12 @@ void ModbusTurntable::RunSequence(const std::string& name, const Values& values,
 
 void ModbusTurntable::WaitForStatus(const DriveStep& step, const std::string& sequence, std::stop_token stop) {
   const Clock::time_point end = Clock::now() + step.timeout;
+  Stall stall;
   const bool may_be_alarmed = sequence == "reset";
   for (;;) {
     const auto status = static_cast<std::uint32_t>(may_be_alarmed ? ReadRegister(options_.profile.status) : CheckedStatus(sequence));
     if ((status & step.mask) == step.equals) return;
+    if (sequence == "home") CheckStall(stall, sequence);
     if (Clock::now() > end) {
       throw TimeoutError("turntable", sequence, "the drive did not report " + step.name + " within " +
                          std::to_string(step.timeout.count()) + " ms", "Look at the drive's display");

@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "drivers/drive_profile.h"
+#include "drivers/fault_signal.h"
 #include "drivers/modbus_link.h"
 #include "drivers/turntable.h"
 
@@ -25,7 +26,9 @@ struct ModbusTurntableOptions {
   double min_angle = -1e9, max_angle = 1e9;  // rad, unwrapped: soft limits
   std::chrono::milliseconds settle_time{200};
   std::chrono::milliseconds poll_period{10};
-  std::chrono::milliseconds motion_timeout{60'000};  // of one motion, beyond what speed and distance ask for
+  std::chrono::milliseconds motion_timeout{1000};    // of one motion, beyond 1.5 times what it should take
+  std::chrono::milliseconds stall_time{1000};        // a motor that is to turn and does not for so long is stuck
+  std::chrono::milliseconds watch_period{40};        // between looks at a drive that is enabled and not asked otherwise
 };
 
 // A turntable on a Modbus drive, spoken to by its profile. The communication timeout is written and read back when it is
@@ -44,12 +47,14 @@ class ModbusTurntable final : public Turntable {
   void Halt() noexcept override;
   void Disable() noexcept override;
   void Reset() override;
+  void OnFault(FaultListener listener) override { signal_.Set(std::move(listener)); }
 
  private:
   using Values = std::map<std::string, std::int64_t>;
   using Clock = std::chrono::steady_clock;
 
   std::int64_t ReadRegister(const DriveRegister& what);
+  std::vector<std::uint16_t> WordsOf(const DriveStep& step, const Values& values) const;
   void WriteStep(const DriveStep& step, const Values& values);
   void RunSequence(const std::string& name, const Values& values, std::stop_token stop);
   void WaitForStatus(const DriveStep& step, const std::string& sequence, std::stop_token stop);
@@ -59,19 +64,28 @@ class ModbusTurntable final : public Turntable {
   [[noreturn]] void FailAlarm(const std::string& call);
   void SetCommunicationTimeout();
   double steps_per_radian() const;
-  // While the drive is enabled, asks its status often enough for its communication timeout.
+  // While the drive is enabled, asks its status often enough for its communication timeout and to tell of its loss.
   void KeepAlive(std::stop_token stop);
+  // Throws DeviceError if a motor that is to turn has not for the stall time; call it with each status that is read.
+  struct Stall {
+    std::int64_t position = 0;
+    Clock::time_point since = Clock::now();
+  };
+  void CheckStall(Stall& stall, const std::string& call);
+  // One request without a look at what went before, and no longer than one reply takes: for stopping.
+  void WriteOnce(const std::string& sequence) noexcept;
   template <typename Work>
   void Guarded(const std::string& call, const Work& work);
 
   ModbusTurntableOptions options_;
   mutable std::mutex state_mutex_;   // guards info_
   DeviceInfo info_;
-  std::recursive_mutex link_mutex_;  // Halt may come from another thread than the rest
+  std::recursive_timed_mutex link_mutex_;  // Halt may come from another thread than the rest
   ModbusLink link_;
   std::atomic<bool> halted_{false};
   std::condition_variable_any wake_;
   std::mutex wake_mutex_;
+  FaultSignal signal_;
   std::jthread keep_alive_;
 };
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <functional>
 #include <stop_token>
 #include <string>
 
@@ -23,6 +24,9 @@ struct DeviceInfo {
   std::string fault;      // in words; empty unless state is kFault
 };
 
+// Told that a device has failed between two calls, on a thread of the device's own; its info() says why.
+using FaultListener = std::function<void()>;
+
 // A laser rangefinder. Lives on the device thread. Errors are DeviceError or TimeoutError; after one the device is kFault
 // until Reset succeeds.
 class Rangefinder {
@@ -41,6 +45,8 @@ class Rangefinder {
   virtual void Disarm() noexcept = 0;
   // Brings a faulted or replugged device back to kIdle. Throws if it cannot.
   virtual void Reset() = 0;
+  // Whom to tell of failures between calls; nullptr: nobody. A device that finds out only when it is called tells nobody.
+  virtual void OnFault(FaultListener /*listener*/) {}
 };
 
 }  // namespace geond::drivers

@@ -25,6 +25,8 @@ class Turntable {
   virtual void Disable() noexcept = 0;
   // Clears the drive's alarm after its cause is gone. Throws if it stays.
   virtual void Reset() = 0;
+  // As Rangefinder::OnFault.
+  virtual void OnFault(FaultListener /*listener*/) {}
 };
 
 }  // namespace geond::drivers

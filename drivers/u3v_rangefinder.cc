@@ -2,6 +2,7 @@
 #include "drivers/u3v_rangefinder.h"
 
 #include <cmath>
+#include <condition_variable>
 #include <stdexcept>
 
 #include "core/base/error.h"
@@ -20,6 +21,21 @@ constexpr std::uint64_t kInfo = 0x00, kStreamControl = 0x04, kPayload = 0x08, kL
 constexpr std::uint64_t kMaxLeader = 0x18, kTransferSize = 0x1c, kTransferCount = 0x20, kTransfer1 = 0x24,
                         kTransfer2 = 0x28, kMaxTrailer = 0x2c;
 constexpr std::uint64_t kLargestPayload = 256 << 20;
+
+// An image most of whose depths lie outside the sensor's range is no image of anything.
+void RefuseNonsense(const RangeImage& image, const SensorModel& sensor) {
+  std::size_t finite = 0, outside = 0;
+  for (const float depth : image.depth) {
+    finite += !std::isnan(depth);
+    outside += depth < 0.5 * sensor.min_depth || depth > 1.5 * sensor.max_depth;
+  }
+  if (2 * outside > finite) {
+    throw DeviceError(kName, "read image",
+                      std::to_string(outside) + " of " + std::to_string(finite) +
+                          " depths are far out of the camera's own range",
+                      "Check the cable and the camera's settings, then reset the station");
+  }
+}
 
 }  // namespace
 
@@ -42,11 +58,46 @@ U3vRangefinder::U3vRangefinder(UsbOpener open, U3vRangefinderOptions options)
                                                                   DeviceState::kAbsent, ""} {
   memory_.read = [this](std::uint64_t address, std::size_t count) { return control_->Read(address, count); };
   memory_.write = [this](std::uint64_t address, std::span<const std::uint8_t> data) { control_->Write(address, data); };
-  port_ = open_();
+  if (options_.sensor) sensor_ = *options_.sensor;
+  try {
+    Open();
+  } catch (const DeviceError&) {
+    if (!options_.may_be_absent) throw;  // else info_ says what is the matter
+  }
+  watch_ = std::jthread([this](std::stop_token stop) { Watch(stop); });
+}
+
+U3vRangefinder::~U3vRangefinder() {
+  watch_ = {};
+  Disarm();
+}
+
+void U3vRangefinder::Open() {
+  Guarded([this] {
+    control_.reset();
+    port_.reset();
+    port_ = open_();
+  });
   BringUp();
 }
 
-U3vRangefinder::~U3vRangefinder() { Disarm(); }
+// A camera that is unplugged while nobody asks it anything is noticed here.
+void U3vRangefinder::Watch(std::stop_token stop) {
+  std::mutex mutex;
+  std::condition_variable_any never;
+  std::unique_lock lock(mutex);
+  while (!never.wait_for(lock, stop, options_.watch_period, [] { return false; }) && !stop.stop_requested()) {
+    {
+      const std::unique_lock call(call_mutex_, std::try_to_lock);
+      if (!call.owns_lock() || !port_ || port_->Present()) continue;
+      const std::lock_guard info_lock(info_mutex_);
+      if (info_.state != DeviceState::kIdle && info_.state != DeviceState::kArmed) continue;
+      info_.state = DeviceState::kAbsent;
+      info_.fault = "camera: watch: it is unplugged. Plug it in and reset the station";
+    }
+    signal_.Tell();
+  }
+}
 
 DeviceInfo U3vRangefinder::info() const {
   const std::lock_guard lock(info_mutex_);
@@ -174,6 +225,7 @@ void U3vRangefinder::StartStream() {
 }
 
 void U3vRangefinder::Arm() {
+  const std::lock_guard call(call_mutex_);
   {
     const std::lock_guard lock(info_mutex_);
     if (info_.state == DeviceState::kFault || info_.state == DeviceState::kAbsent) {
@@ -190,10 +242,13 @@ void U3vRangefinder::Arm() {
     if (options_.exposure_us) camera.WriteFloat("ExposureTime", *options_.exposure_us, memory_);
     SetIfPresent("AcquisitionMode", "Continuous");
     SetIfPresent("TriggerSelector", "FrameStart");
-    camera.WriteEnumeration("TriggerMode", "On", memory_);
-    const bool software = options_.trigger == U3vRangefinderOptions::Trigger::kSoftware;
-    camera.WriteEnumeration("TriggerSource", software ? "Software" : options_.trigger_line, memory_);
-    if (!software) SetIfPresent("TriggerActivation", "RisingEdge");
+    using Trigger = U3vRangefinderOptions::Trigger;
+    camera.WriteEnumeration("TriggerMode", options_.trigger == Trigger::kNone ? "Off" : "On", memory_);
+    if (options_.trigger == Trigger::kSoftware) camera.WriteEnumeration("TriggerSource", "Software", memory_);
+    if (options_.trigger == Trigger::kWire) {
+      camera.WriteEnumeration("TriggerSource", options_.trigger_line, memory_);
+      SetIfPresent("TriggerActivation", "RisingEdge");
+    }
     StartStream();
     if (Has("TLParamsLocked")) camera.WriteInteger("TLParamsLocked", 1, memory_);
     camera.Execute("AcquisitionStart", memory_);
@@ -203,7 +258,8 @@ void U3vRangefinder::Arm() {
 }
 
 void U3vRangefinder::Trigger() {
-  if (options_.trigger == U3vRangefinderOptions::Trigger::kWire) return;
+  const std::lock_guard call(call_mutex_);
+  if (options_.trigger != U3vRangefinderOptions::Trigger::kSoftware) return;
   if (!stream_) throw DeviceError(kName, "trigger", "it is not armed", "Arm it first");
   Guarded([this] {
     stream_->DiscardWaiting();  // a trigger that was sent twice leaves an image too many
@@ -212,6 +268,7 @@ void U3vRangefinder::Trigger() {
 }
 
 Exposure U3vRangefinder::Read(std::chrono::milliseconds timeout, std::stop_token stop) {
+  const std::lock_guard call(call_mutex_);
   if (!stream_) throw DeviceError(kName, "read image", "it is not armed", "Arm it first");
   return Guarded([&] {
     u3v::Frame frame;
@@ -237,11 +294,13 @@ Exposure U3vRangefinder::Read(std::chrono::milliseconds timeout, std::stop_token
                             std::to_string(exposure.image.rows) + " pixels where " + std::to_string(sensor_.columns) +
                             " x " + std::to_string(sensor_.rows) + " were due");
     }
+    RefuseNonsense(exposure.image, sensor_);
     return exposure;
   });
 }
 
 void U3vRangefinder::Disarm() noexcept {
+  const std::lock_guard call(call_mutex_);
   if (!stream_) return;
   try {
     Guarded([this] { StopStream(); });
@@ -253,6 +312,7 @@ void U3vRangefinder::Disarm() noexcept {
 }
 
 void U3vRangefinder::Reset() {
+  const std::lock_guard call(call_mutex_);
   stream_.reset();
   const bool absent = info().state == DeviceState::kAbsent;
   if (port_ && !absent) {
@@ -264,12 +324,7 @@ void U3vRangefinder::Reset() {
       port_->ResetDevice();
     }
   }
-  Guarded([this] {
-    control_.reset();
-    port_.reset();
-    port_ = open_();
-  });
-  BringUp();
+  Open();
 }
 
 }  // namespace geond::drivers

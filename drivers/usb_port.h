@@ -26,6 +26,8 @@ class UsbPort {
   virtual Result ControlOut(std::span<const std::uint8_t> data, std::chrono::milliseconds timeout) = 0;
   virtual Result ControlIn(std::span<std::uint8_t> buffer, std::chrono::milliseconds timeout) = 0;
   virtual Status ClearControlHalt() = 0;
+  // Whether the device is still plugged in; does not wait.
+  virtual bool Present() = 0;
   // Posts a read of the stream; `buffer` must live until the read is reaped or cancelled.
   virtual Status PostRead(std::span<std::uint8_t> buffer) = 0;
   // The oldest read posted, once it is over; nothing if that takes longer than `timeout`.
