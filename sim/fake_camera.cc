@@ -19,16 +19,11 @@ using drivers::AppendLittleEndian;
 using drivers::ReadLittleEndian;
 
 constexpr std::size_t kLongestTransfer = 1024;  // of control
-constexpr std::size_t kPacket = 1024;
-constexpr std::uint16_t kPendingTime = 20;  // ms
-constexpr std::uint32_t kC16 = 0x011000B8;
-constexpr double kUnitsPerMetre16 = 50'000.0;  // 0.02 mm a step
-
-bool Take(int& count) { return count > 0 && count-- > 0; }
+constexpr std::uint16_t kPendingTime = 20;      // ms
 
 }  // namespace
 
-FakeCamera::FakeCamera(const SensorModel& sensor, std::function<RangeImage()> take, std::string serial)
+FakeCamera::FakeCamera(const SensorModel& sensor, std::function<std::optional<RangeImage>()> take, std::string serial)
     : sensor_(sensor), take_(std::move(take)), serial_(std::move(serial)), memory_(kMemoryEnd) {
   Put(0, 0x00010000, 4);
   PutText(0x04, "geond");
@@ -58,7 +53,7 @@ FakeCamera::FakeCamera(const SensorModel& sensor, std::function<RangeImage()> ta
   Put(kManifest + 24, xml.size(), 8);
   Put(kFeatures + kWidth, static_cast<std::uint64_t>(sensor_.columns), 4);
   Put(kFeatures + kHeight, static_cast<std::uint64_t>(sensor_.rows), 4);
-  Put(kFeatures + kPixelFormat, kC16, 4);
+  Put(kFeatures + kPixelFormat, static_cast<std::uint64_t>(u3v::PixelFormat::kCoord3dC16), 4);
   Put(kFeatures + kInvalidFlag, 1, 4);
   const auto real = [this](std::uint64_t at, double value) {
     Put(kFeatures + at, std::bit_cast<std::uint64_t>(value), 8);
@@ -88,11 +83,12 @@ void FakeCamera::PutText(std::uint64_t address, const std::string& text) {
 
 void FakeCamera::UpdatePayloadSize() {
   const std::uint64_t format = Get(kFeatures + kPixelFormat, 4);
-  const std::uint64_t size = Get(kFeatures + kWidth, 4) * Get(kFeatures + kHeight, 4) * ((format >> 16) & 0xff) / 8;
+  const std::uint64_t size = Get(kFeatures + kWidth, 4) * Get(kFeatures + kHeight, 4) * ((format >> 16) & 0xff) / 8 +
+                             (chunks_ ? kChunkBytes : 0);
   Put(kFeatures + kPayloadSize, size, 4);
   Put(kStream + 0x08, size, 8);
   // Whole numbers count steps of 0.02 mm with 0 for nothing; floating point is in metres, so that no bit is lost.
-  const bool whole = format == kC16;
+  const bool whole = IsWholeNumber(format);
   const double scale = whole ? 1e3 / kUnitsPerMetre16 : 1e3;
   Put(kFeatures + kScale, std::bit_cast<std::uint64_t>(scale), 8);
   Put(kFeatures + kOffset, 0, 8);
@@ -102,27 +98,28 @@ void FakeCamera::UpdatePayloadSize() {
 void FakeCamera::StopAcquisition() {
   acquiring_ = false;
   stream_.clear();
+  free_payload_.clear();
   stream_at_ = 0;
 }
 
 void FakeCamera::Acknowledge(std::uint16_t status, std::uint16_t command, std::uint16_t id,
                              std::span<const std::uint8_t> data) {
   Bytes packet;
-  AppendLittleEndian(Take(faults_.broken_acknowledges) ? 0xdeadbeef : u3v::kControlMagic, packet);
+  AppendLittleEndian(TakeOne(faults_.broken_acknowledges) ? 0xdeadbeef : u3v::kControlMagic, packet);
   AppendLittleEndian(status, packet);
   AppendLittleEndian(command, packet);
   AppendLittleEndian(static_cast<std::uint16_t>(data.size()), packet);
   AppendLittleEndian(id, packet);
   packet.insert(packet.end(), data.begin(), data.end());
-  if (Take(faults_.stale_acknowledges) && !last_acknowledge_.empty()) acknowledges_.push_back(last_acknowledge_);
+  if (TakeOne(faults_.stale_acknowledges) && !last_acknowledge_.empty()) acknowledges_.push_back(last_acknowledge_);
   last_acknowledge_ = packet;
-  if (Take(faults_.short_acknowledges)) packet.resize(packet.size() - 2);
+  if (TakeOne(faults_.short_acknowledges)) packet.resize(packet.size() - 2);
   acknowledges_.push_back(std::move(packet));
 }
 
 int FakeCamera::Command(std::span<const std::uint8_t> packet) {
   const int size = static_cast<int>(packet.size());
-  if (Take(faults_.control_stalls)) {
+  if (TakeOne(faults_.control_stalls)) {
     control_halted_ = true;
     return kStall;
   }
@@ -134,15 +131,15 @@ int FakeCamera::Command(std::span<const std::uint8_t> packet) {
   const auto id = ReadLittleEndian<std::uint16_t>(packet, 10);
   const auto address = ReadLittleEndian<std::uint64_t>(packet, 12);
   const auto answer = static_cast<std::uint16_t>(command + 1);
-  if (Take(faults_.pending_acknowledges)) {
+  if (TakeOne(faults_.pending_acknowledges)) {
     const Bytes time = {0, 0, kPendingTime, 0};
     Acknowledge(0, u3v::kPendingAck, id, time);
   }
-  if (Take(faults_.busy_answers)) {
+  if (TakeOne(faults_.busy_answers)) {
     Acknowledge(0x8007, answer, id, {});
     return size;
   }
-  const bool lost = Take(faults_.lost_acknowledges);  // the command is carried out all the same
+  const bool lost = TakeOne(faults_.lost_acknowledges);  // the command is carried out all the same
   const std::size_t before = acknowledges_.size();
   if (command == static_cast<std::uint16_t>(u3v::Command::kReadMem) && packet.size() >= 24) {
     const std::size_t count = ReadLittleEndian<std::uint16_t>(packet, 22);
@@ -190,72 +187,6 @@ void FakeCamera::Trigger(bool wire) {
   const bool streams = (Get(kStream + 0x04, 4) & 1) != 0;
   if (!acquiring_ || !listens || !streams) return;
   SendFrame();
-}
-
-void FakeCamera::SendFrame() {
-  const RangeImage image = take_();
-  u3v::Leader leader;
-  leader.block_id = block_++;
-  leader.payload_type = u3v::kImagePayload;
-  leader.timestamp_ns = (frames_ + 1) * 1'000'000;
-  leader.pixel_format = static_cast<std::uint32_t>(Get(kFeatures + kPixelFormat, 4));
-  leader.width = static_cast<std::uint32_t>(Get(kFeatures + kWidth, 4));
-  leader.height = static_cast<std::uint32_t>(Get(kFeatures + kHeight, 4));
-  u3v::Trailer trailer;
-  trailer.block_id = leader.block_id;
-  trailer.height = leader.height;
-  if (Take(faults_.lost_frames)) return;
-  if (Take(faults_.half_images)) trailer.height /= 2;
-  Bytes payload;
-  for (std::uint32_t row = 0; row < trailer.height; ++row) {
-    for (std::uint32_t column = 0; column < leader.width; ++column) {
-      const bool inside = image.contains(static_cast<int>(column), static_cast<int>(row));
-      const float depth = inside ? image.at(static_cast<int>(column), static_cast<int>(row)) : 0.0f;
-      const bool none = !(depth > 0.0f);
-      if (leader.pixel_format == kC16) {
-        const double steps = none ? 0.0 : std::round(static_cast<double>(depth) * kUnitsPerMetre16);
-        AppendLittleEndian(static_cast<std::uint16_t>(steps > 65535.0 ? 0.0 : steps), payload);
-      } else {
-        AppendLittleEndian(std::bit_cast<std::uint32_t>(none ? 0.0f : depth), payload);
-      }
-    }
-  }
-  // Not a whole number of packets, so that the host sees its end.
-  if (Take(faults_.short_payloads)) payload.resize(payload.size() / 2 / kPacket * kPacket + 100);
-  trailer.valid_payload_size = payload.size();
-  if (Take(faults_.overrun_trailers)) trailer.status = 0xA101;
-  if (Take(faults_.wrong_blocks)) ++trailer.block_id;
-  Bytes head = u3v::EncodeLeader(leader);
-  if (Take(faults_.bad_leaders)) head[0] = 0;
-  if (Take(faults_.stream_stalls)) {
-    stream_halted_ = true;
-    stream_.clear();
-    return;
-  }
-  stream_.push_back(std::move(head));
-  stream_.push_back(std::move(payload));
-  stream_.push_back(u3v::EncodeTrailer(trailer));
-  ++frames_;
-}
-
-int FakeCamera::ReadStream(std::span<std::uint8_t> data) {
-  std::size_t done = 0;
-  while (done < data.size() && !stream_.empty()) {
-    const Bytes& message = stream_.front();
-    const std::size_t left = message.size() - stream_at_, room = data.size() - done;
-    if (room < left && room % kPacket != 0) return kOverflow;
-    const std::size_t count = std::min(left, room);
-    std::copy_n(message.begin() + static_cast<std::ptrdiff_t>(stream_at_), count,
-                data.begin() + static_cast<std::ptrdiff_t>(done));
-    done += count;
-    stream_at_ += count;
-    if (stream_at_ < message.size()) break;
-    const bool short_packet = message.size() % kPacket != 0;
-    stream_.pop_front();
-    stream_at_ = 0;
-    if (short_packet) break;
-  }
-  return done == 0 ? kNothingYet : static_cast<int>(done);
 }
 
 int FakeCamera::Transfer(std::uint8_t endpoint, std::span<std::uint8_t> data) {
@@ -331,8 +262,22 @@ bool FakeCamera::plugged() const {
 
 void FakeCamera::WaitForChange(std::chrono::milliseconds timeout) {
   std::unique_lock lock(mutex_);
-  changed_.wait_for(lock, timeout, [this] { return changes_ != seen_changes_; });
+  Clock::time_point end = Clock::now() + timeout;
+  if (!stream_.empty()) end = std::min(end, stream_.front().ready);
+  changed_.wait_until(lock, end, [this] { return changes_ != seen_changes_; });
   seen_changes_ = changes_;
+}
+
+void FakeCamera::SetChunks(bool chunks) {
+  const std::lock_guard lock(mutex_);
+  chunks_ = chunks;
+  Put(kStream + 0x14, chunks ? 36 : 32, 4);
+  UpdatePayloadSize();
+}
+
+void FakeCamera::SetExposureTime(std::chrono::milliseconds time) {
+  const std::lock_guard lock(mutex_);
+  exposure_time_ = time;
 }
 
 bool FakeCamera::acquiring() const {

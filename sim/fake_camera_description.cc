@@ -67,7 +67,11 @@ std::string FakeCameraDescription(std::uint64_t base, const SensorModel& sensor)
   out.Integer("Height", kHeight, "RW", "<Min>1</Min><Max>" + std::to_string(sensor.rows) + "</Max><Inc>1</Inc>");
   out.Integer("PayloadSize", kPayloadSize, "RO");
   out.Integer("TLParamsLocked", kLocked, "RW", "<Min>0</Min><Max>1</Max>");
-  out.Enumeration("PixelFormat", kPixelFormat, {{"Coord3D_C16", 0x011000B8}, {"Coord3D_C32f", 0x012000BF}});
+  out.Enumeration("PixelFormat", kPixelFormat,
+                  {{"Coord3D_C16", 0x011000B8},
+                   {"Coord3D_C32f", 0x012000BF},
+                   {"Coord3D_ABC16", 0x023000B9},
+                   {"Coord3D_ABC32f", 0x026000C0}});
   out.Enumeration("AcquisitionMode", kAcquisitionMode, {{"Continuous", 0}});
   out.Enumeration("TriggerSelector", kTriggerSelector, {{"FrameStart", 0}});
   out.Enumeration("TriggerMode", kTriggerMode, {{"Off", 0}, {"On", 1}});
@@ -79,7 +83,8 @@ std::string FakeCameraDescription(std::uint64_t base, const SensorModel& sensor)
   out.Command("AcquisitionStop", "AcquisitionReg", 0);
   out.Register("IntReg", "TriggerSoftwareReg", kTriggerSoftware, 4, "RW");
   out.Command("TriggerSoftware", "TriggerSoftwareReg", 1);
-  out.text() << R"(<Float Name="ExposureTime"><pValue>ExposureTicks</pValue><Min>1</Min><Max>1000000</Max><Unit>us</Unit></Float>
+  out.text()
+      << R"(<Float Name="ExposureTime"><pValue>ExposureTicks</pValue><Min>1</Min><Max>1000000</Max><Unit>us</Unit></Float>
 <Converter Name="ExposureTicks"><FormulaTo>FROM * 10</FormulaTo><FormulaFrom>TO / 10</FormulaFrom><pValue>ExposureReg</pValue></Converter>
 )";
   out.Register("IntReg", "ExposureReg", kExposureTicks, 4, "RW");

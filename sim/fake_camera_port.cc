@@ -32,6 +32,8 @@ class FakeCameraPort final : public UsbPort {
     return Here();
   }
 
+  bool Present() override { return camera_->plugged(); }
+
   Status PostRead(std::span<std::uint8_t> buffer) override {
     if (!camera_->plugged()) return Status::kGone;
     posted_.push_back(buffer);

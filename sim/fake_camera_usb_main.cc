@@ -3,355 +3,61 @@
 // plugged in, looking at a scene. The program needs no change and no kernel support: its system calls are answered by
 // umockdev. Lines read from the pipe CONTROL (made if its name is not "-") are orders: plug, unplug, trigger, stall,
 // overrun, bad_leader, lose_acknowledge.
-#include <fcntl.h>
-#include <linux/usbdevice_fs.h>
-#include <pty.h>
 #include <sys/stat.h>
-#include <sys/wait.h>
-#include <termios.h>
-#include <umockdev.h>
-#include <unistd.h>
 
-#include <cstdio>
 #include <cstdlib>
-#include <filesystem>
 #include <fstream>
 #include <iostream>
-#include <list>
-#include <set>
 #include <string>
 #include <thread>
 
-#include "sim/fake_camera.h"
 #include "sim/range_camera.h"
 #include "sim/scene.h"
+#include "sim/usb/fake_usb_port.h"
+#include "sim/usb/fake_wires.h"
 
 namespace geond::sim {
 namespace {
 
-using Bytes = std::vector<std::uint8_t>;
-
-const Bytes kDevice = {18, 1, 0x00, 0x03, 0xef, 2, 1, 9, 0x09, 0x12, 0x01, 0x00, 0x00, 0x01, 1, 2, 3, 1};
-const char* const kTexts[] = {"geond", "FakeRange", "FC0001", "GEON00FC0001"};
-
-Bytes Configuration() {
-  Bytes bytes;
-  bytes.reserve(128);
-  const auto add = [&bytes](std::initializer_list<std::uint8_t> more) { bytes.insert(bytes.end(), more); };
-  add({9, 2, 0, 0, 2, 1, 0, 0x80, 112});
-  add({8, 11, 0, 2, 0xef, 5, 0, 0});     // two interfaces that belong together
-  add({9, 4, 0, 0, 2, 0xef, 5, 0, 0});   // control
-  add({20, 0x24, 1, 0, 0, 1, 0, 0, 0, 1, 0, 4, 1, 2, 0, 0, 0, 3, 0, 8});
-  add({7, 5, FakeCamera::kControlOut, 2, 0x00, 0x04, 0, 6, 0x30, 0, 0, 0, 0});
-  add({7, 5, FakeCamera::kControlIn, 2, 0x00, 0x04, 0, 6, 0x30, 0, 0, 0, 0});
-  add({9, 4, 1, 0, 1, 0xef, 5, 2, 0});   // stream
-  add({7, 5, FakeCamera::kStreamIn, 2, 0x00, 0x04, 0, 6, 0x30, 15, 0, 0, 0});
-  bytes[2] = static_cast<std::uint8_t>(bytes.size());
-  bytes[3] = static_cast<std::uint8_t>(bytes.size() >> 8);
-  return bytes;
-}
-
-// The kernel's side of a USB device file: takes, completes and hands back the requests of a program. One lock for all;
-// umockdev calls from its own thread, orders come from another.
-class UsbDeviceFile {
- public:
-  UsbDeviceFile(FakeCamera& camera, UMockdevTestbed* testbed) : camera_(camera), testbed_(testbed) {
-    handler_ = umockdev_ioctl_base_new();
-    g_signal_connect(handler_, "handle-ioctl", G_CALLBACK(&UsbDeviceFile::OnIoctl), this);
-  }
-
-  void Plug() {
-    const std::lock_guard lock(mutex_);
-    gone_ = false;
-    camera_.SetPlugged(true);
-    umockdev_testbed_attach_ioctl(testbed_, Node().c_str(), handler_, nullptr);
-    const std::string number = std::to_string(number_);
-    std::string text = "P: " + Path() + "\nN: bus/usb/001/00" + number +
-                       "\nE: SUBSYSTEM=usb\nE: DRIVER=usb\nE: BUSNUM=001\nE: DEVNUM=00" + number + "\nE: DEVNAME=" +
-                       Node() + "\nE: DEVTYPE=usb_device\nE: MAJOR=189\nE: MINOR=" + std::to_string(number_ - 1) +
-                       "\nA: bConfigurationValue=1\\n\nA: busnum=1\\n\nA: devnum=" + number +
-                       "\\n\nA: speed=5000\\n\nA: dev=189:" + std::to_string(number_ - 1) + "\\n\nH: descriptors=";
-    Bytes descriptors = kDevice;
-    const Bytes configuration = Configuration();
-    descriptors.insert(descriptors.end(), configuration.begin(), configuration.end());
-    for (std::uint8_t byte : descriptors) {
-      char hex[3];
-      std::snprintf(hex, sizeof hex, "%02X", byte);
-      text += hex;
-    }
-    // A terminal whose output is stopped and started stands in for the device file: programs wait for it to be
-    // writable, as usbfs is when a request is done, and see it hang up when the device is gone.
-    char name[128];
-    if (openpty(&master_, &slave_, name, nullptr, nullptr) != 0) std::perror("openpty");
-    termios settings{};
-    tcgetattr(slave_, &settings);
-    cfmakeraw(&settings);
-    tcsetattr(slave_, TCSANOW, &settings);
-    ready_ = true;
-    SetReady(false);
-    GError* error = nullptr;
-    if (!umockdev_testbed_add_from_string(testbed_, (text + "\n").c_str(), &error)) std::cerr << error->message << "\n";
-    const std::string file = Root() + Node();
-    unlink(file.c_str());
-    if (symlink(name, file.c_str()) != 0) std::perror("symlink");
-  }
-
-  void Unplug() {
-    {
-      const std::lock_guard lock(mutex_);
-      gone_ = true;
-      camera_.SetPlugged(false);
-      for (Request& request : waiting_) request.status = -ESHUTDOWN;
-      done_.splice(done_.end(), waiting_);
-      SetReady(true);
-      close(master_);
-      close(slave_);
-      master_ = slave_ = -1;
-    }
-    umockdev_testbed_uevent(testbed_, ("/sys" + Path()).c_str(), "remove");
-    umockdev_testbed_remove_device(testbed_, ("/sys" + Path()).c_str());
-    umockdev_testbed_detach_ioctl(testbed_, Node().c_str(), nullptr);
-    ++number_;
-  }
-
-  // Completes what can be completed now.
-  void Kick() {
-    const std::lock_guard lock(mutex_);
-    std::set<std::uint8_t> blocked;  // transfers of one endpoint end in their order
-    for (auto request = waiting_.begin(); request != waiting_.end();) {
-      const auto here = request++;
-      const std::uint8_t endpoint = Urb(*here).endpoint;
-      if (blocked.contains(endpoint)) continue;
-      if (Complete(*here)) {
-        done_.splice(done_.end(), waiting_, here);
-      } else {
-        blocked.insert(endpoint);
-      }
-    }
-    SetReady(!done_.empty());
-  }
-
- private:
-  struct Request {
-    UMockdevIoctlData* urb = nullptr;
-    UMockdevIoctlData* buffer = nullptr;
-    int status = 0, size = 0;
-  };
-
-  static usbdevfs_urb& Urb(const Request& request) { return *reinterpret_cast<usbdevfs_urb*>(request.urb->data); }
-  std::string Node() const { return "/dev/bus/usb/001/00" + std::to_string(number_); }
-  std::string Path() const { return "/devices/pci0/usb1/1-" + std::to_string(number_); }
-  std::string Root() const {
-    gchar* root = umockdev_testbed_get_root_dir(testbed_);
-    const std::string text = root;
-    g_free(root);
-    return text;
-  }
-
-  void SetReady(bool ready) {
-    if (slave_ >= 0 && ready != ready_ && tcflow(slave_, ready ? TCOON : TCOOFF) == 0) ready_ = ready;
-  }
-
-  // A standard request on endpoint 0: bytes of its answer, or -EPIPE.
-  int Standard(const std::uint8_t* setup, std::uint8_t* data, int room) {
-    const auto give = [&](const Bytes& answer) {
-      const int count = std::min(room, static_cast<int>(answer.size()));
-      std::copy_n(answer.begin(), count, data);
-      return count;
-    };
-    const std::uint8_t type = setup[3], index = setup[2];
-    if ((setup[0] & 0x60) != 0) return -EPIPE;
-    if (setup[1] == 6 && type == 1) return give(kDevice);
-    if (setup[1] == 6 && type == 2) return give(Configuration());
-    if (setup[1] == 6 && type == 3 && index == 0) return give({4, 3, 0x09, 0x04});
-    if (setup[1] == 6 && type == 3 && index <= std::size(kTexts)) {
-      const std::string text = kTexts[index - 1];
-      Bytes answer = {static_cast<std::uint8_t>(2 + 2 * text.size()), 3};
-      for (char c : text) {
-        answer.push_back(static_cast<std::uint8_t>(c));
-        answer.push_back(0);
-      }
-      return give(answer);
-    }
-    if (setup[1] == 0) return give({0, 0});
-    if (setup[1] == 1 || setup[1] == 3) {
-      if ((setup[0] & 0x1f) == 2) camera_.SetHalt(setup[4], setup[1] == 3);
-      return 0;
-    }
-    return setup[1] == 9 || setup[1] == 11 ? 0 : -EPIPE;
-  }
-
-  bool Complete(Request& request) {
-    usbdevfs_urb& urb = Urb(request);
-    int result = 0;
-    if (urb.type == USBDEVFS_URB_TYPE_CONTROL) {
-      result = Standard(request.buffer->data, request.buffer->data + 8, urb.buffer_length - 8);
-    } else if (urb.buffer_length > 0) {
-      result = camera_.Transfer(urb.endpoint, {request.buffer->data, static_cast<std::size_t>(urb.buffer_length)});
-    }
-    if (result == FakeCamera::kNothingYet) return false;
-    request.status = std::min(result, 0);
-    request.size = std::max(result, 0);
-    return true;
-  }
-
-  static gboolean OnIoctl(UMockdevIoctlBase*, UMockdevIoctlClient* client, gpointer self) {
-    return static_cast<UsbDeviceFile*>(self)->Ioctl(client);
-  }
-
-  gboolean Ioctl(UMockdevIoctlClient* client) {
-    const std::lock_guard lock(mutex_);
-    const gulong request = umockdev_ioctl_client_get_request(client);
-    UMockdevIoctlData* argument = umockdev_ioctl_client_get_arg(client);
-    const auto answer = [&](long result, int error) {
-      umockdev_ioctl_client_complete(client, result, error);
-      return TRUE;
-    };
-    const bool reap = request == USBDEVFS_REAPURB || request == USBDEVFS_REAPURBNDELAY;
-    if (gone_ && !(reap && !done_.empty()) && request != USBDEVFS_RELEASEINTERFACE) return answer(-1, ENODEV);
-    switch (request) {
-      case USBDEVFS_GET_CAPABILITIES: {
-        UMockdevIoctlData* data = umockdev_ioctl_data_resolve(argument, 0, 4, nullptr);
-        *reinterpret_cast<guint32*>(data->data) = USBDEVFS_CAP_BULK_CONTINUATION | USBDEVFS_CAP_NO_PACKET_SIZE_LIM |
-                                                  USBDEVFS_CAP_REAP_AFTER_DISCONNECT | USBDEVFS_CAP_ZERO_PACKET;
-        g_object_unref(data);
-        return answer(0, 0);
-      }
-      case USBDEVFS_CLAIMINTERFACE:
-      case USBDEVFS_RELEASEINTERFACE:
-      case USBDEVFS_SETINTERFACE:
-      case USBDEVFS_SETCONFIGURATION:
-      case USBDEVFS_DISCONNECT_CLAIM: return answer(0, 0);
-      case USBDEVFS_GETDRIVER: return answer(-1, ENODATA);
-      case USBDEVFS_RESET: camera_.ResetDevice(); return answer(0, 0);
-      case USBDEVFS_CLEAR_HALT:
-      case USBDEVFS_RESETEP: {
-        UMockdevIoctlData* data = umockdev_ioctl_data_resolve(argument, 0, 4, nullptr);
-        camera_.SetHalt(static_cast<std::uint8_t>(*reinterpret_cast<unsigned*>(data->data)), false);
-        g_object_unref(data);
-        Kick();
-        return answer(0, 0);
-      }
-      case USBDEVFS_SUBMITURB: {
-        Request added;
-        added.urb = umockdev_ioctl_data_resolve(argument, 0, sizeof(usbdevfs_urb), nullptr);
-        if (added.urb == nullptr) return answer(-1, EFAULT);
-        const auto size = static_cast<gsize>(Urb(added).buffer_length);
-        added.buffer = umockdev_ioctl_data_resolve(added.urb, offsetof(usbdevfs_urb, buffer), size, nullptr);
-        waiting_.push_back(added);
-        Kick();
-        return answer(0, 0);
-      }
-      case USBDEVFS_DISCARDURB: {
-        const gulong address = *reinterpret_cast<gulong*>(argument->data);
-        for (auto it = waiting_.begin(); it != waiting_.end(); ++it) {
-          if (it->urb->client_addr != address) continue;
-          it->status = -ENOENT;
-          done_.splice(done_.end(), waiting_, it);
-          SetReady(true);
-          return answer(0, 0);
-        }
-        return answer(-1, EINVAL);
-      }
-      case USBDEVFS_REAPURB:
-      case USBDEVFS_REAPURBNDELAY: return Reap(client, argument);
-      default: return answer(-1, ENOTTY);
-    }
-  }
-
-  gboolean Reap(UMockdevIoctlClient* client, UMockdevIoctlData* argument) {
-    if (done_.empty()) {
-      umockdev_ioctl_client_complete(client, -1, gone_ ? ENODEV : EAGAIN);
-      return TRUE;
-    }
-    const Request request = done_.front();
-    done_.pop_front();
-    Urb(request).status = request.status;
-    Urb(request).actual_length = request.size;
-    UMockdevIoctlData* pointer = umockdev_ioctl_data_resolve(argument, 0, sizeof(void*), nullptr);
-    umockdev_ioctl_data_set_ptr(pointer, 0, request.urb);
-    SetReady(!done_.empty() || gone_);
-    umockdev_ioctl_client_complete(client, 0, 0);
-    g_object_unref(pointer);
-    if (request.buffer != nullptr) g_object_unref(request.buffer);
-    g_object_unref(request.urb);
-    return TRUE;
-  }
-
-  FakeCamera& camera_;
-  UMockdevTestbed* testbed_;
-  UMockdevIoctlBase* handler_ = nullptr;
-  std::recursive_mutex mutex_;
-  std::list<Request> waiting_, done_;
-  bool gone_ = false, ready_ = true;
-  int number_ = 2, master_ = -1, slave_ = -1;
-};
-
-void Obey(const std::string& order, FakeCamera& camera, UsbDeviceFile& file) {
+void Obey(const std::string& order, FakeCamera& camera, FakeUsbPort& port) {
   FakeCameraFaults faults = camera.faults();
-  if (order == "plug") return file.Plug();
-  if (order == "unplug") return file.Unplug();
-  if (order == "trigger") {
-    camera.WireTrigger();
-    return file.Kick();
-  }
-  if (order == "stall") ++faults.stream_stalls;
-  else if (order == "overrun") ++faults.overrun_trailers;
-  else if (order == "bad_leader") ++faults.bad_leaders;
-  else if (order == "lose_acknowledge") ++faults.lost_acknowledges;
-  else std::cerr << "fake_camera_usb: unknown order '" << order << "'\n";
+  if (order == "plug") return port.Plug();
+  if (order == "unplug") return port.Unplug();
+  if (order == "trigger") return camera.WireTrigger();
+  if (order == "stall")
+    ++faults.stream_stalls;
+  else if (order == "overrun")
+    ++faults.overrun_trailers;
+  else if (order == "bad_leader")
+    ++faults.bad_leaders;
+  else if (order == "lose_acknowledge")
+    ++faults.lost_acknowledges;
+  else
+    std::cerr << "fake_camera_usb: unknown order '" << order << "'\n";
   camera.SetFaults(faults);
 }
 
-int Run(char** arguments) {
-  const StationGeometry station =
-      MakeStation(0.450, 0.489, 0.060, std::atoi(arguments[2]), std::atoi(arguments[3]));
+int Run(char** arguments, int count) {
+  const StationGeometry station = MakeStation(0.450, 0.489, 0.060, std::atoi(arguments[2]), std::atoi(arguments[3]));
   const Pose X_TS = SensorInTurntable(station, 0.0);
   const SceneGeometry scene(ReadScene(arguments[1]));
   std::uint64_t frame = 0;
   FakeCamera camera(station.sensor, [&]() -> RangeImage {
     return TakeRangeImage(scene, station.sensor, X_TS, CameraOptions{}, 1, frame++, 1);
   });
-  UMockdevTestbed* testbed = umockdev_testbed_new();
-  gchar* root = umockdev_testbed_get_root_dir(testbed);
-  const std::filesystem::path folder = root;
-  g_free(root);
-  UsbDeviceFile file(camera, testbed);
-  // A root hub, which libusb wants to see above every device.
-  umockdev_testbed_add_from_string(
-      testbed,
-      "P: /devices/pci0/usb1\nN: bus/usb/001/001\nE: SUBSYSTEM=usb\nE: DRIVER=usb\nE: BUSNUM=001\nE: DEVNUM=001\n"
-      "E: DEVNAME=/dev/bus/usb/001/001\nE: DEVTYPE=usb_device\nA: bConfigurationValue=1\\n\nA: busnum=1\\n\n"
-      "A: devnum=1\\n\nA: speed=5000\\n\n"
-      "H: "
-      "descriptors="
-      "12010003090003096b1d030001060302010109021f0001010ae0000904000001090000000705810304000c063000000200\n",
-      nullptr);
-  file.Plug();
+  FakeUsbPort port(camera);
   const std::string control = arguments[4];
   if (control != "-") {
     mkfifo(control.c_str(), 0600);
-    std::thread([&camera, &file, control] {
+    std::thread([&camera, &port, control] {
       std::fstream orders(control);  // for reading and writing, so that it never ends
-      for (std::string order; std::getline(orders, order);) Obey(order, camera, file);
+      for (std::string order; std::getline(orders, order);) Obey(order, camera, port);
     }).detach();
   }
-  const pid_t child = fork();
-  if (child == 0) {
-    execvp(arguments[5], arguments + 5);
-    std::perror(arguments[5]);
-    _exit(127);
-  }
-  int status = 0;
-  waitpid(child, &status, 0);
-  if (folder.string().starts_with("/tmp/umockdev.")) {
-    // With the preloaded library's view of /tmp gone, or its files would be looked for inside themselves.
-    unsetenv("UMOCKDEV_DIR");
-    std::error_code ignored;
-    std::filesystem::remove_all(folder, ignored);
-  }
+  const int status = WaitFor(
+      StartBelow({arguments + 5, arguments + count}, FakeUsbPort::kPreload, {"UMOCKDEV_DIR=" + port.folder()}, {}));
   std::cout.flush();
-  _exit(WIFEXITED(status) ? WEXITSTATUS(status) : 128);
+  return status;
 }
 
 }  // namespace
@@ -362,15 +68,8 @@ int main(int count, char** arguments) {
     std::cerr << "usage: fake_camera_usb SCENE COLUMNS ROWS CONTROL|- PROGRAM [ARGUMENT...]\n";
     return 2;
   }
-  const char* preload = std::getenv("LD_PRELOAD");
-  if (preload == nullptr || std::string(preload).find("umockdev") == std::string::npos) {
-    setenv("LD_PRELOAD", "libumockdev-preload.so.0", 1);
-    execv("/proc/self/exe", arguments);
-    std::perror("fake_camera_usb");
-    return 1;
-  }
   try {
-    return geond::sim::Run(arguments);
+    std::_Exit(geond::sim::Run(arguments, count));  // not waiting for the thread that reads orders
   } catch (const std::exception& error) {
     std::cerr << "fake_camera_usb: " << error.what() << "\n";
     return 1;

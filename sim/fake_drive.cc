@@ -38,17 +38,19 @@ constexpr double kHomingSpeed = 18000.0;  // steps/s
 struct Motor {
   double position = 1234.0, target = 1234.0, speed = 0.0;  // steps, steps/s
   bool on = false, homed = false, homing = false;
+  bool wanted = false, powered = true;  // to be excited, by command; and able to
   int alarm = 0;
   Clock::time_point now{}, heard{}, lifetime_end = Clock::time_point::max();
 
   bool moving() const { return alarm == 0 && on && position != target; }
 
-  void Advance(Clock::time_point time, std::chrono::milliseconds communication_timeout, bool stuck) {
+  // `pace`: share of the speed that it really turns at.
+  void Advance(Clock::time_point time, std::chrono::milliseconds communication_timeout, double pace) {
     // Nothing is looked at more often than it is asked for, so the end of a time limit is found on the way.
     const Clock::time_point silence = communication_timeout.count() > 0 ? heard + communication_timeout : Clock::time_point::max();
     const Clock::time_point end = std::min({time, std::max(now, silence), std::max(now, lifetime_end)});
-    if (moving() && !stuck) {
-      const double step = speed * std::chrono::duration<double>(end - now).count(), left = target - position;
+    if (moving() && pace > 0.0) {
+      const double step = pace * speed * std::chrono::duration<double>(end - now).count(), left = target - position;
       position = std::abs(left) <= step ? target : position + std::copysign(step, left);
     }
     if (position == target) {
@@ -70,7 +72,8 @@ struct Motor {
 
 class FakeDrive::Server {
  public:
-  Server(Transport transport, int unit) {
+  Server(Transport transport, const FakeDriveOptions& options) : options_(options) {
+    motor_.position = motor_.target = options.position;
     if (transport == Transport::kTcp) {
       context_ = modbus_new_tcp("127.0.0.1", 0);
       Listen();
@@ -85,7 +88,7 @@ class FakeDrive::Server {
       context_ = modbus_new_rtu(name, 115200, 'N', 8, 1);
       modbus_set_socket(context_, connection_);
     }
-    modbus_set_slave(context_, unit);
+    modbus_set_slave(context_, options.unit);
     registers_ = modbus_mapping_new(0, 0, kRegisters, 0);
     motor_.now = motor_.heard = Clock::now();
     thread_ = std::jthread([this](std::stop_token stop) { Serve(stop); });
@@ -103,12 +106,23 @@ class FakeDrive::Server {
   std::string terminal_;
   int port_ = 0;
   std::atomic<WireFault> fault_{WireFault::kNone};
+  std::atomic<int> exception_{MODBUS_EXCEPTION_SLAVE_OR_SERVER_FAILURE};
   std::atomic<bool> unplug_{false};
 
   Motor Snapshot() {
     const std::lock_guard lock(mutex_);
-    motor_.Advance(Clock::now(), Timeout(), fault_ == WireFault::kStuck);
+    Advance();
     return motor_;
+  }
+  void SetPower(bool on) {
+    const std::lock_guard lock(mutex_);
+    if (motor_.powered == on) return;
+    Advance();
+    motor_.powered = on;
+    motor_.on = on && motor_.wanted && motor_.alarm == 0;
+    if (motor_.on) return;
+    motor_.homing = false;
+    motor_.target = motor_.position;
   }
   void RaiseAlarm(int code) {
     const std::lock_guard lock(mutex_);
@@ -116,6 +130,31 @@ class FakeDrive::Server {
   }
 
  private:
+  void Advance() {
+    const WireFault fault = fault_;
+    motor_.Advance(Clock::now(), Timeout(), fault == WireFault::kStuck ? 0.0 : fault == WireFault::kCrawling ? 0.05 : 1.0);
+  }
+
+  // Whether the line's settings are those that it listens at. A pseudo-terminal has no parity on its wire, but shows in
+  // its settings what the program asked for.
+  bool UnderstandsLine() const {
+    if (options_.baud == 0 || listener_ >= 0) return true;
+    termios line{};
+    if (tcgetattr(connection_, &line) != 0) return true;
+    const char parity = (line.c_iflag & INPCK) == 0 ? 'N' : (line.c_cflag & PARODD) != 0 ? 'O' : 'E';
+    return parity == options_.parity && cfgetospeed(&line) == Speed(options_.baud);
+  }
+  static speed_t Speed(int baud) {
+    switch (baud) {
+      case 9600: return B9600;
+      case 19200: return B19200;
+      case 38400: return B38400;
+      case 57600: return B57600;
+      case 115200: return B115200;
+      default: return B230400;
+    }
+  }
+
   void Listen() {
     listener_ = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
     sockaddr_in address{};
@@ -164,17 +203,19 @@ class FakeDrive::Server {
   void Answer(std::uint8_t* query, int length, const std::stop_token& stop) {
     const WireFault fault = fault_;
     ++requests_;
+    if (!UnderstandsLine()) return;
     if (fault == WireFault::kOff || (fault == WireFault::kIntermittent && requests_ % 3 == 0)) return;
     if (fault == WireFault::kSlow) Wait(std::chrono::milliseconds(30), stop);
     if (fault == WireFault::kDelayed) Wait(std::chrono::milliseconds(150), stop);
     if (fault == WireFault::kGarbage) return Send({0x00, 0xff, 0x5a, 0xa5, 0x13, 0x37, 0x00, 0x01, 0x02});
+    if (fault == WireFault::kBadChecksum) return Send({query[0], query[1], 0x04, 0x00, 0x00, 0x00, 0x00, 0xde, 0xad});
     if (fault == WireFault::kHalfFrame) return Send({query[0], query[1], 0x04, 0x00});
     if (fault == WireFault::kWrong) {
-      modbus_reply_exception(context_, query, MODBUS_EXCEPTION_SLAVE_OR_SERVER_FAILURE);
+      modbus_reply_exception(context_, query, static_cast<unsigned>(exception_.load()));
       return;
     }
     const std::lock_guard lock(mutex_);
-    motor_.Advance(Clock::now(), Timeout(), fault == WireFault::kStuck);
+    Advance();
     motor_.heard = motor_.now;
     Publish();
     if (fault == WireFault::kWrongUnit) {
@@ -220,7 +261,8 @@ class FakeDrive::Server {
     if (wrote(kAlarmReset, 2) && Get(kAlarmReset) == 1) motor_.alarm = 0;
     if (wrote(kInput, 2)) {
       const std::uint32_t input = Get(kInput);
-      motor_.on = (input & kServoOn) && !motor_.alarm;
+      motor_.wanted = (input & kServoOn) != 0;
+      motor_.on = motor_.wanted && !motor_.alarm && motor_.powered;
       if (input & (kStop | kQuickStop)) {
         motor_.target = motor_.position;
         motor_.homing = false;
@@ -242,6 +284,7 @@ class FakeDrive::Server {
     }
   }
 
+  const FakeDriveOptions options_;
   modbus_t* context_ = nullptr;
   modbus_mapping_t* registers_ = nullptr;
   int listener_ = -1, connection_ = -1, keep_open_ = -1;
@@ -251,15 +294,18 @@ class FakeDrive::Server {
   std::jthread thread_;
 };
 
-FakeDrive::FakeDrive(Transport transport, int unit) : server_(std::make_unique<Server>(transport, unit)) {}
+FakeDrive::FakeDrive(Transport transport, const FakeDriveOptions& options)
+    : server_(std::make_unique<Server>(transport, options)) {}
 FakeDrive::~FakeDrive() = default;
 std::string FakeDrive::serial_device() const { return server_->terminal_; }
 int FakeDrive::port() const { return server_->port_; }
 void FakeDrive::SetFault(WireFault fault) { server_->fault_ = fault; }
+void FakeDrive::SetException(int code) { server_->exception_ = code; }
 void FakeDrive::RaiseAlarm(int code) { server_->RaiseAlarm(code); }
 double FakeDrive::position() const { return server_->Snapshot().position; }
 bool FakeDrive::moving() const { return server_->Snapshot().moving(); }
 bool FakeDrive::enabled() const { return server_->Snapshot().on; }
+void FakeDrive::SetPower(bool on) { server_->SetPower(on); }
 void FakeDrive::Unplug() { server_->unplug_ = true; }
 
 }  // namespace geond::sim

@@ -13,12 +13,22 @@ enum class WireFault {
   kOff,           // no reply
   kStuck,         // replies, but the motor does not turn
   kGarbage,       // replies with rubbish
-  kWrong,         // refuses every request (exception 04)
+  kWrong,         // refuses every request (exception 04, or that of SetException)
   kSlow,          // replies late, but in time
   kDelayed,       // replies after the master gave up
   kIntermittent,  // every third reply is lost
+  kBadChecksum,   // a well-formed reply but for its checksum
   kHalfFrame,     // stops in the middle of a reply
   kWrongUnit,     // replies as another unit
+  kCrawling,      // turns at a twentieth of the speed it was told
+};
+
+struct FakeDriveOptions {
+  int unit = 1;
+  double position = 1234.0;  // steps, where the motor stands at first
+  // Settings of the serial line that it understands; on others it hears nothing. 0: on any.
+  int baud = 0;
+  char parity = 'E';
 };
 
 // A drive of Oriental Motor's BLV-R kind at the wire: a Modbus server of its own on a pseudo-terminal (RTU) or on loopback
@@ -28,18 +38,21 @@ enum class WireFault {
 class FakeDrive {
  public:
   enum class Transport { kPseudoTerminal, kTcp };
-  explicit FakeDrive(Transport transport, int unit = 1);
+  explicit FakeDrive(Transport transport, const FakeDriveOptions& options = {});
   ~FakeDrive();
 
   std::string serial_device() const;  // the terminal to open, kPseudoTerminal
   int port() const;                   // on 127.0.0.1, kTcp
   void SetFault(WireFault fault);
+  void SetException(int code);  // of kWrong
   // Raises an alarm, as if its cause had come up.
   void RaiseAlarm(int code);
   // As the motor really is, whatever the wire says.
   double position() const;  // steps
   bool moving() const;
   bool enabled() const;
+  // Power of the motor, as a contactor switches it; without it the motor stands and lets go.
+  void SetPower(bool on);
   // Cuts the connection (TCP) or hangs up the terminal.
   void Unplug();
 

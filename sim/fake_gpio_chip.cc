@@ -11,6 +11,7 @@
 #include <cerrno>
 #include <cstring>
 #include <ctime>
+#include <thread>
 #include <utility>
 
 namespace geond::sim {
@@ -114,6 +115,7 @@ int FakeGpioChip::HandleChip(unsigned long request, void* argument) {
       if (number >= lines_.size()) return -EINVAL;
       info = {};
       info.line_offset = number;
+      CopyName(lines_[number].name, info.name);
       CopyName(lines_[number].consumer, info.consumer);
       info.flags = (lines_[number].consumer.empty() ? 0u : GPIOLINE_FLAG_KERNEL) |
                    (lines_[number].output ? GPIOLINE_FLAG_IS_OUT : 0u);
@@ -151,14 +153,25 @@ int FakeGpioChip::HandleChip(unsigned long request, void* argument) {
 }
 
 int FakeGpioChip::Ioctl(int fd, unsigned long request, void* argument) {
-  const std::lock_guard lock(mutex_);
+  return IoctlOn(InodeOf(fd), request, argument);
+}
+
+int FakeGpioChip::IoctlOn(std::uint64_t inode, unsigned long request, void* argument) {
+  std::unique_lock lock(mutex_);
+  if (slow_.count() > 0) {
+    const std::chrono::milliseconds time = slow_;
+    lock.unlock();
+    std::this_thread::sleep_for(time);
+    lock.lock();
+  }
   DropReleased();
   if (unplugged_) return -ENODEV;
+  if (intermittent_ && ++calls_ % 2 == 0) return -EIO;
   if (failing_ > 0) {
     --failing_;
     return -EIO;
   }
-  const auto found = handles_.find(InodeOf(fd));
+  const auto found = handles_.find(inode);
   if (found == handles_.end()) return HandleChip(request, argument);
   const Handle& handle = found->second;
   auto& data = *static_cast<gpiohandle_data*>(argument);
@@ -174,6 +187,21 @@ int FakeGpioChip::Ioctl(int fd, unsigned long request, void* argument) {
     SetLevel(handle.lines[i], (data.values[i] != 0) != handle.active_low);
   }
   return 0;
+}
+
+void FakeGpioChip::SetNames(const std::vector<std::string>& names) {
+  const std::lock_guard lock(mutex_);
+  for (std::size_t i = 0; i < std::min(names.size(), lines_.size()); ++i) lines_[i].name = names[i];
+}
+
+void FakeGpioChip::SetSlow(std::chrono::milliseconds time) {
+  const std::lock_guard lock(mutex_);
+  slow_ = time;
+}
+
+void FakeGpioChip::SetIntermittent(bool intermittent) {
+  const std::lock_guard lock(mutex_);
+  intermittent_ = intermittent;
 }
 
 void FakeGpioChip::SetInput(unsigned line, bool high) {

@@ -42,6 +42,7 @@ void ReadTable(TomlReader reader, StationOptions& options) {
   table.max_speed = kDegree * reader.Number("max_speed_deg_per_s", 57.3, 0.1, 3600);
   table.acceleration = kDegree * reader.Number("acceleration_deg_per_s2", 114.6, 0.1, 36000);
   table.backlash = kDegree * reader.Number("backlash_deg", 0.03, 0, 10);
+  table.step = kDegree * reader.Number("step_deg", 0, 0, 10);
   table.angle_noise = kDegree * reader.Number("angle_noise_deg", 0.006, 0, 10);
   table.angle_resolution = kDegree * reader.Number("angle_resolution_deg", 0.006, 0, 10);
   options.homing_time = Milliseconds(reader.Number("homing_time_ms", 2000, 0, 60000));

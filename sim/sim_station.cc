@@ -187,6 +187,11 @@ void SimStation::StopTable(double braking) {
   motion_.Stop(now_, braking);
 }
 
+void SimStation::PlaceMotor(double angle) {
+  const std::lock_guard lock(mutex_);
+  motion_.Place(angle);
+}
+
 double SimStation::motor_angle() const {
   const std::lock_guard lock(mutex_);
   return motion_.motor_angle();

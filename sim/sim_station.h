@@ -94,6 +94,7 @@ class SimStation {
   // --- the table
   void MoveTable(double target);
   void StopTable(double braking = 0.0);
+  void PlaceMotor(double angle);  // by a drive that is simulated elsewhere
   double motor_angle() const;
   double table_angle() const;  // true, of the object
   bool table_moving() const;

@@ -20,6 +20,7 @@ void TurntableMotion::MoveTo(double target, Time now) {
   Update(now);
   phases_.clear();
   braking_ = 0.0;
+  if (options_.step > 0.0) target = std::round(target / options_.step) * options_.step;
   goal_ = target;
   const double a = options_.acceleration;
   double from = motor_, speed = speed_;
@@ -70,6 +71,13 @@ void TurntableMotion::Update(Time now) {
     }
     phases_.pop_front();
   }
+}
+
+void TurntableMotion::Place(double angle) {
+  phases_.clear();
+  speed_ = braking_ = 0.0;
+  motor_ = goal_ = angle;
+  Follow();
 }
 
 void TurntableMotion::Follow() {

@@ -10,6 +10,7 @@ struct TurntableOptions {
   double max_speed = 1.0;            // rad/s
   double acceleration = 2.0;         // rad/s^2, also of braking
   double backlash = 0.0005;          // rad the motor turns before the table follows, when the direction changes
+  double step = 0.0;                 // rad: the motor stands at whole multiples of it only; 0: anywhere
   double angle_noise = 0.0001;       // rad, standard deviation of a reading
   double angle_resolution = 0.0001;  // rad a count; 0: not rounded
 };
@@ -26,6 +27,8 @@ class TurntableMotion {
   void MoveTo(double target, Time now);
   // Brakes with the given acceleration (rad/s^2; 0: the options') and stands; never softer than it already brakes.
   void Stop(Time now, double braking = 0.0);
+  // Puts the motor there at once, as one that something else turns.
+  void Place(double angle);
   // Lets time pass. Throws std::invalid_argument if it goes back.
   void Update(Time now);
 

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <future>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -98,6 +99,28 @@ TEST_F(FakeCameraTest, FloatsArriveBitForBit) {
   driver->Disarm();
   EXPECT_FALSE(camera_->acquiring());
   EXPECT_EQ(driver->info().state, DeviceState::kIdle);
+}
+
+TEST_F(FakeCameraTest, EveryFormatCarriesTheSameDepth) {
+  for (const bool chunks : {false, true}) {
+    camera_->SetChunks(chunks);
+    for (const char* format : {"Coord3D_C16", "Coord3D_C32f", "Coord3D_ABC16", "Coord3D_ABC32f"}) {
+      U3vRangefinderOptions options;
+      options.pixel_format = format;
+      const auto driver = Open(options);
+      driver->Arm();
+      for (int frame = 0; frame < 2; ++frame) {  // the second finds the stream in step
+        const RangeImage image = TakeOne(*driver).image, sent = ImageNumber(taken_);
+        const bool whole = std::string(format).ends_with("16");
+        int wrong = 0;
+        for (std::size_t i = 0; i < sent.depth.size(); ++i) {
+          wrong += std::isnan(image.depth[i]) != std::isnan(sent.depth[i]);
+          wrong += std::abs(image.depth[i] - sent.depth[i]) > (whole ? 1.01e-5f : 0.0f);
+        }
+        EXPECT_EQ(wrong, 0) << format << (chunks ? " with chunks" : "");
+      }
+    }
+  }
 }
 
 TEST_F(FakeCameraTest, WholeNumbersArriveWithinHalfAStep) {
@@ -287,6 +310,56 @@ TEST_F(FakeCameraTest, RefusesWhatTheCameraCannotDo) {
       HasSubstr("Coord3D_C16, Coord3D_C32f"));
   EXPECT_THROW(driver->Trigger(), DeviceError);
   EXPECT_THROW(driver->Read(milliseconds(1), {}), DeviceError);
+}
+
+TEST_F(FakeCameraTest, TellsThatItIsUnpluggedWithoutBeingAsked) {
+  const auto driver = Open();
+  std::promise<void> told;
+  driver->OnFault([&] { told.set_value(); });
+  driver->Arm();
+  camera_->SetPlugged(false);
+  EXPECT_EQ(told.get_future().wait_for(std::chrono::seconds(20)), std::future_status::ready);
+  EXPECT_EQ(driver->info().state, DeviceState::kAbsent);
+  EXPECT_THAT(driver->info().fault, HasSubstr("unplugged"));
+  driver->OnFault(nullptr);
+  EXPECT_THROW(driver->Arm(), DeviceError);
+  camera_->SetPlugged(true);
+  driver->Reset();
+  driver->Arm();
+  EXPECT_EQ(ErrorOf(*driver), "no error");
+}
+
+TEST_F(FakeCameraTest, MayBeAbsentWhenItsDriverIsMade) {
+  camera_->SetPlugged(false);
+  U3vRangefinderOptions options;
+  EXPECT_THROW(Open(options), DeviceError);
+  options.may_be_absent = true;
+  const auto driver = Open(options);
+  EXPECT_EQ(driver->info().state, DeviceState::kAbsent);
+  EXPECT_THROW(driver->Arm(), DeviceError);
+  camera_->SetPlugged(true);
+  driver->Reset();
+  EXPECT_EQ(driver->info().state, DeviceState::kIdle);
+}
+
+TEST_F(FakeCameraTest, DepthsThatNoSuchCameraCanSeeAreNoImage) {
+  camera_ = std::make_shared<FakeCamera>(Sensor(), [] {
+    return RangeImage{kColumns, kRows, std::vector<float>(static_cast<std::size_t>(kColumns) * kRows, 50.0f)};
+  });
+  const auto driver = Open(Floats());
+  driver->Arm();
+  EXPECT_THAT(ErrorOf(*driver), HasSubstr("far out of the camera's own range"));
+}
+
+TEST_F(FakeCameraTest, AFrameMayComeLateButNotAfterItsTime) {
+  camera_->SetExposureTime(milliseconds(20));
+  const auto driver = Open(Floats());
+  driver->Arm();
+  EXPECT_EQ(ErrorOf(*driver), "no error");
+  FakeCameraFaults faults;
+  faults.frame_delay = std::chrono::hours(1);
+  camera_->SetFaults(faults);
+  EXPECT_THAT(ErrorOf(*driver, milliseconds(30)), HasSubstr("no image within"));
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include "sim/fake_drive.h"
 
 #include <cmath>
+#include <future>
 #include <numbers>
 #include <thread>
 
@@ -172,6 +173,62 @@ TEST_P(FakeDriveTest, AStuckMotorIsATimeout) {
   table.Enable();
   drive_.SetFault(WireFault::kStuck);
   EXPECT_THROW(table.MoveTo(1.0, {}), TimeoutError);
+}
+
+TEST_P(FakeDriveTest, AMotorThatDoesNotTurnIsNamedBeforeItsTimeIsOver) {
+  drivers::ModbusTurntableOptions options = OptionsFor(drive_, GetParam());
+  options.stall_time = std::chrono::milliseconds(30);
+  options.motion_timeout = std::chrono::seconds(60);
+  ModbusTurntable table(options);
+  table.Enable();
+  drive_.SetPower(false);  // as by its contactor
+  try {
+    table.MoveTo(1.0, {});
+    ADD_FAILURE() << "no error";
+  } catch (const DeviceError& error) {
+    EXPECT_NE(std::string(error.what()).find("the motor does not turn"), std::string::npos) << error.what();
+  }
+  drive_.SetPower(true);
+  table.Reset();
+  table.Enable();
+  table.Home({});
+}
+
+TEST_P(FakeDriveTest, ACrawlingMotorDoesNotArriveInTime) {
+  drivers::ModbusTurntableOptions options = OptionsFor(drive_, GetParam());
+  options.motion_timeout = std::chrono::milliseconds(100);
+  ModbusTurntable table(options);
+  table.Enable();
+  drive_.SetFault(WireFault::kCrawling);
+  EXPECT_THROW(table.MoveTo(3.0, {}), TimeoutError);
+}
+
+TEST_P(FakeDriveTest, TellsOfALossThatNobodyAskedAbout) {
+  drivers::ModbusTurntableOptions options = OptionsFor(drive_, GetParam());
+  options.watch_period = std::chrono::milliseconds(2);
+  ModbusTurntable table(options);
+  std::promise<void> told;
+  table.OnFault([&] { told.set_value(); });
+  table.Enable();
+  drive_.SetFault(WireFault::kOff);
+  EXPECT_EQ(told.get_future().wait_for(std::chrono::seconds(20)), std::future_status::ready);
+  EXPECT_NE(table.info().fault.find("no reply"), std::string::npos) << table.info().fault;
+  table.OnFault(nullptr);
+}
+
+TEST(FakeDrive, ADriveThatAnswersAtOtherSettingsOfTheLineIsFoundOut) {
+  FakeDriveOptions line;
+  line.baud = 19200;
+  line.parity = 'N';
+  FakeDrive drive(Transport::kPseudoTerminal, line);
+  ModbusTurntable table(OptionsFor(drive, Transport::kPseudoTerminal));
+  try {
+    table.Reset();
+    ADD_FAILURE() << "no error";
+  } catch (const DeviceError& error) {
+    EXPECT_NE(std::string(error.what()).find("it answers at 19200 baud with no parity"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("turntable.parity"), std::string::npos) << error.what();
+  }
 }
 
 TEST_P(FakeDriveTest, RefusesTargetsBeyondTheSoftLimits) {

@@ -10,7 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "core/base/error.h"
-#include "tests/sim/gpio_system_calls.h"
+#include "tests/sim/mounted_gpio_chip.h"
 
 namespace geond::sim {
 namespace {
@@ -23,7 +23,13 @@ using testing::HasSubstr;
 
 enum Line : unsigned { kLaser, kMotor, kLamp, kTrigger, kStop, kDoor, kLines };
 
-GpioWire At(unsigned offset, bool active_low = false) { return {MountedGpioChip::kPath, offset, active_low}; }
+GpioWire At(unsigned offset, bool active_low = false) {
+  GpioWire wire;
+  wire.chip = MountedGpioChip::kPath;
+  wire.offset = offset;
+  wire.active_low = active_low;
+  return wire;
+}
 
 // Emergency stop and door are loops that are closed (high) when all is well.
 GpioLinesOptions Options() {
@@ -217,6 +223,52 @@ TEST_F(GpioLinesTest, RefusesWhatCannotBe) {
   EXPECT_THAT(MessageOf([&] { GpioLines lines(options); }), HasSubstr("laser, line 0 of /dev/gpiochip91"));
   GpioLines first(Options());
   EXPECT_THAT(MessageOf([&] { GpioLines second(Options()); }), HasSubstr("Another program holds the line"));
+}
+
+TEST_F(GpioLinesTest, LinesByTheirNames) {
+  chip_.SetNames({"LASER", "MOTOR", "LAMP", "TRIGGER", "STOP", "DOOR"});
+  GpioLinesOptions options = Options();
+  options.laser.offset = 99;
+  options.laser.line = "LASER";
+  GpioLines lines(options);
+  lines.SetLaser(true);
+  EXPECT_TRUE(chip_.level(kLaser));
+  options.laser.line = "LASSER";
+  EXPECT_THAT(MessageOf([&] { GpioLines other(options); }), HasSubstr("laser, line LASSER of /dev/gpiochip90"));
+}
+
+TEST_F(GpioLinesTest, ASlowChipIsAFaultAndIsLetGoRatherThanWaitedFor) {
+  GpioLinesOptions options = Options();
+  options.longest_call = std::chrono::milliseconds(2);
+  GpioLines lines(options);
+  lines.SetLaser(true);
+  chip_.SetSlow(std::chrono::milliseconds(10));
+  EXPECT_THAT(MessageOf([&] { lines.SetMotor(true); }), HasSubstr("the chip took"));
+  EXPECT_EQ(lines.info().state, DeviceState::kFault);
+  lines.AllOff();
+  EXPECT_FALSE(chip_.level(kLaser));
+  EXPECT_FALSE(chip_.level(kMotor));
+  EXPECT_EQ(chip_.consumer(kLaser), "");
+  chip_.SetSlow(std::chrono::milliseconds(0));
+  EXPECT_FALSE(lines.inputs().emergency_stop);
+  lines.SetLaser(true);
+  EXPECT_TRUE(chip_.level(kLaser));
+}
+
+TEST_F(GpioLinesTest, MayBeAbsentWhenItIsMade) {
+  chip_.Unplug();
+  GpioLinesOptions options = Options();
+  options.may_be_absent = true;
+  GpioLines lines(options);
+  EXPECT_EQ(lines.info().state, DeviceState::kAbsent);
+  EXPECT_THROW(lines.SetLaser(true), DeviceError);
+  EXPECT_THROW(lines.inputs(), DeviceError);
+  chip_.PlugIn();
+  chip_.SetInput(kStop, true);
+  chip_.SetInput(kDoor, true);
+  EXPECT_FALSE(lines.inputs().emergency_stop);
+  lines.SetLaser(true);
+  EXPECT_TRUE(chip_.level(kLaser));
 }
 
 TEST_F(GpioLinesTest, WiresThatAreNotThere) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // This program's own open, access, stat, lstat and ioctl, which shared libraries find before the C library's: calls for
 // the mounted GPIO chip are answered here, all others go on to the next library.
-#include "tests/sim/gpio_system_calls.h"
+#include "sim/preload/gpio_system_calls.h"
 
 #include <dlfcn.h>
 #include <fcntl.h>
@@ -22,9 +22,9 @@ namespace {
 
 constexpr std::string_view kNumberFile = "/sys/bus/gpio/devices/gpiochip90/dev";
 constexpr unsigned kMajor = 254, kMinor = 90;
-std::atomic<FakeGpioChip*> mounted{nullptr};
+std::atomic<GpioIoctl> mounted{nullptr};
 
-bool IsChip(const char* path) { return mounted.load() != nullptr && std::string_view(path) == MountedGpioChip::kPath; }
+bool IsChip(const char* path) { return mounted.load() != nullptr && std::string_view(path) == kGpioChipPath; }
 bool IsNumberFile(const char* path) { return mounted.load() != nullptr && path == kNumberFile; }
 
 int OpenNumberFile() {
@@ -53,8 +53,7 @@ int Status(const char* name, const char* path, struct stat* status) {
 
 }  // namespace
 
-MountedGpioChip::MountedGpioChip(FakeGpioChip& chip) { mounted = &chip; }
-MountedGpioChip::~MountedGpioChip() { mounted = nullptr; }
+void MountGpioChip(GpioIoctl answer) { mounted = answer; }
 
 }  // namespace geond::sim
 
@@ -86,10 +85,10 @@ int ioctl(int fd, unsigned long request, ...) noexcept {
   va_start(arguments, request);
   void* argument = va_arg(arguments, void*);
   va_end(arguments);
-  geond::sim::FakeGpioChip* chip = geond::sim::mounted.load();
+  const geond::sim::GpioIoctl answer = geond::sim::mounted.load();
   static auto* const next = geond::sim::Next<int(int, unsigned long, ...)>("ioctl");
-  if (chip == nullptr || ((request >> 8) & 0xff) != 0xB4) return next(fd, request, argument);
-  const int result = chip->Ioctl(fd, request, argument);
+  if (answer == nullptr || ((request >> 8) & 0xff) != 0xB4) return next(fd, request, argument);
+  const int result = answer(fd, request, argument);
   if (result >= 0) return result;
   errno = -result;
   return -1;
