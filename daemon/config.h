@@ -17,6 +17,34 @@ struct Config {
   std::string station_scene;
   std::string station_trigger = "software";
   int frame_timeout_ms = 2000;
+  std::string station_calibration;
+
+  std::string rangefinder_driver = "u3v";
+  std::string rangefinder_identity;
+  std::string rangefinder_pixel_format = "Coord3D_C16";
+  std::string rangefinder_trigger_line = "Line0";
+  double rangefinder_exposure_us = 0.0;
+
+  std::string turntable_profile = "drives/oriental_blv_r.toml";
+  std::string turntable_serial = "/dev/ttyUSB0";
+  std::string turntable_host;
+  int turntable_port = 502;
+  int turntable_unit = 1;
+  int turntable_baud = 0;
+  std::string turntable_parity = "profile";
+  int turntable_response_ms = 50;
+  double turntable_gear_ratio = 1.0;
+  double turntable_speed_deg_per_s = 30.0, turntable_acceleration_deg_per_s2 = 60.0;
+  double turntable_tolerance_deg = 0.03;
+  int turntable_settle_ms = 200;
+  double turntable_min_angle_deg = -1e6, turntable_max_angle_deg = 1e6;
+
+  std::string lines_chip = "/dev/gpiochip0";
+  std::string lines_laser = "0", lines_motor = "1", lines_emergency_stop = "!2", lines_door = "!3";
+  std::string lines_lamp, lines_trigger;
+  std::string lines_input_bias = "as_is";
+  int lines_trigger_pulse_us = 500;
+  int lines_debounce_ms = 20;
 
   int scan_views = 8;
   double scan_first_angle_deg = 0.0;

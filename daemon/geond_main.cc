@@ -9,6 +9,7 @@
 
 #include "core/base/error.h"
 #include "daemon/config.h"
+#include "daemon/hardware_station.h"
 #include "daemon/open_station.h"
 #include "daemon/server.h"
 
@@ -29,6 +30,14 @@ void Serve(const Config& config, const std::function<Config()>& reload) {
                config.api_unix_socket.empty() ? "" : " and " + config.api_unix_socket);
   server.Run(true, reload);
   spdlog::info("geond ends");
+}
+
+// Each device is switched off whatever the others say; what does not work is told. A simulated one has nothing on.
+int SwitchOff(const Config& config) {
+  if (config.station_kind != "hardware") return 0;
+  const std::vector<std::string> failures = SwitchHardwareOff(config);
+  for (const std::string& failure : failures) std::cerr << "geond: " << failure << std::endl;
+  return failures.empty() ? 0 : 1;
 }
 
 }  // namespace
@@ -58,7 +67,7 @@ int main(int argc, char** argv) {
     } else if (check) {
       std::cout << (path.empty() ? "The defaults" : path) << ": fine\n";
     } else if (safe_off) {
-      OpenStation(config);  // a station is made safe when it is opened, and again when it is closed
+      return SwitchOff(config);
     } else {
       Serve(config, [&] { return Configuration(path, settings); });
     }

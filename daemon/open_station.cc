@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/open_station.h"
 
-#include "core/base/error.h"
+#include "daemon/hardware_station.h"
 #include "sim/sim_config.h"
 #include "sim/sim_devices.h"
 
@@ -22,10 +22,7 @@ OpenedStation OpenStation(const Config& config) {
   StationOptions options;
   options.frame_timeout = std::chrono::milliseconds(config.frame_timeout_ms);
   options.trigger = config.station_trigger == "wire" ? StationOptions::Trigger::kWire : StationOptions::Trigger::kSoftware;
-  if (config.station_kind != "simulated") {
-    throw ConfigError("geond.toml", "station.kind", "there is no driver for '" + config.station_kind + "' in this build",
-                      "Set it to \"simulated\"");
-  }
+  if (config.station_kind == "hardware") return {OpenHardwareStation(config, options), nullptr};
   const sim::SimConfig simulation = sim::ReadSimConfig(config.folder / config.station_simulation);
   OpenedStation opened;
   opened.simulation = sim::OpenSimStation(

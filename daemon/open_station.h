@@ -16,7 +16,8 @@ struct OpenedStation {
   std::shared_ptr<sim::SimStation> simulation;
 };
 
-// Opens the devices of the configured station. Throws ConfigError, FileError, DeviceError.
+// Opens the devices of the configured station. A device of real hardware that cannot be had is absent or faulted, says
+// why, and is tried again by Station::Reset. Throws ConfigError, FileError.
 OpenedStation OpenStation(const Config& config);
 
 // The simulated devices of a world as a station.

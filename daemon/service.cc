@@ -26,11 +26,13 @@ Service::Service(const Config& config, OpenedStation station, Post to_io)
       simulation_(std::move(station.simulation)),
       station_(std::move(station.station)) {
   devices_ = station_->devices();
+  station_->OnFault([this](const std::string& words) { OnIo([this, words] { OnDeviceFault(words); }); });
   AddMethods();
   OnLinesEvent();
 }
 
 Service::~Service() {
+  station_->OnFault(nullptr);
   self_.reset();
   if (job_) job_->stop.request_stop();
   device_stop_.request_stop();
@@ -121,6 +123,20 @@ void Service::OnLinesEvent() {
     }
   }
   Publish("lines", {{"hazard", hazard}, {"latched", latched_}});
+}
+
+// Laser and motor are off by now; a scan ends with what it has.
+void Service::OnDeviceFault(const std::string& words) {
+  devices_ = station_->devices();
+  spdlog::warn("laser and motor are off: {}", words);
+  if (state_ == State::kAcquiring || state_ == State::kHoming) {
+    device_stop_.request_stop();
+    if (job_ && state_ == State::kAcquiring) {
+      if (job_->stop_reason.empty()) job_->stop_reason = words;
+      job_->stop.request_stop();
+    }
+  }
+  Publish("fault", {{"fault", words}});
 }
 
 void Service::StopAll(const std::string& reason) {

@@ -112,6 +112,7 @@ class Service {
   ModelOptions MakeModelOptions() const;
   Gripper MakeGripper() const;
 
+  void OnDeviceFault(const std::string& words);
   void Enter(State state);
   void Publish(const std::string& event, Json params);
   void TakeSnapshot();  // on the device thread: hands the devices' state over

@@ -20,10 +20,14 @@ Station::Station(StationDevices devices, StationGeometry geometry, StationOption
   if (!devices_.rangefinder || !devices_.turntable || !devices_.lines) {
     throw std::invalid_argument("Station: it needs a rangefinder, a turntable and lines");
   }
+  devices_.rangefinder->OnFault([this] { OnDeviceFault(); });
+  devices_.turntable->OnFault([this] { OnDeviceFault(); });
   MakeSafe();
 }
 
 Station::~Station() {
+  devices_.rangefinder->OnFault(nullptr);
+  devices_.turntable->OnFault(nullptr);
   StopNow();
   MakeSafe();
 }
@@ -34,6 +38,28 @@ void Station::RefuseIfHazard(const char* call) const {
   const std::string hazard = Hazard();
   if (hazard.empty()) return;
   throw DeviceError("station", call, hazard, "Release the emergency stop, close the door, then reset the station");
+}
+
+void Station::OnFault(std::function<void(const std::string&)> listener) {
+  const std::lock_guard lock(listener_mutex_);
+  listener_ = std::move(listener);
+}
+
+void Station::OnDeviceFault() {
+  std::string words;
+  for (const drivers::DeviceInfo& device : devices()) {
+    if (words.empty()) words = device.fault;  // before stopping makes others fail
+  }
+  StopNow();
+  const std::lock_guard lock(listener_mutex_);
+  if (listener_) listener_(words);
+}
+
+// The device that failed by itself is the reason, not what stopping did to the others.
+void Station::ThrowIfFaulted() const {
+  for (const drivers::DeviceInfo& device : {devices_.rangefinder->info(), devices_.turntable->info()}) {
+    if (!device.fault.empty()) throw DeviceError("station", "expose", device.fault);
+  }
 }
 
 void Station::Home(std::stop_token stop) {
@@ -72,7 +98,12 @@ void Station::Start(std::stop_token stop) {
 
 Exposure Station::Expose(double table_angle, std::stop_token stop) {
   RefuseIfHazard("expose");
-  devices_.turntable->MoveTo(table_angle, stop);
+  try {
+    devices_.turntable->MoveTo(table_angle, stop);
+  } catch (const DeviceError&) {
+    ThrowIfFaulted();
+    throw;
+  }
   ThrowIfStopped(stop);
   if (options_.trigger == StationOptions::Trigger::kWire) {
     devices_.lines->PulseTrigger();
@@ -82,6 +113,7 @@ Exposure Station::Expose(double table_angle, std::stop_token stop) {
   Exposure exposure = devices_.rangefinder->Read(options_.frame_timeout, stop);
   exposure.table_angle = devices_.turntable->angle();
   RefuseIfHazard("expose");
+  if (options_.calibration) exposure = calib::Corrected(exposure, *options_.calibration);
   return exposure;
 }
 
@@ -96,8 +128,15 @@ void Station::Reset() {
   MakeSafe();
   homed_ = false;
   RefuseIfHazard("reset");
-  devices_.rangefinder->Reset();
+  // Each is tried, whatever the other says.
+  std::exception_ptr failure;
+  try {
+    devices_.rangefinder->Reset();
+  } catch (const DeviceError&) {
+    failure = std::current_exception();
+  }
   devices_.turntable->Reset();
+  if (failure) std::rethrow_exception(failure);
 }
 
 std::vector<drivers::DeviceInfo> Station::devices() const {

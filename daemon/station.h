@@ -2,12 +2,15 @@
 #pragma once
 
 #include <chrono>
+#include <functional>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <stop_token>
 #include <string>
 #include <vector>
 
+#include "calib/calibrate.h"
 #include "core/range/scan_folder.h"
 #include "drivers/lines.h"
 #include "drivers/rangefinder.h"
@@ -27,6 +30,7 @@ struct StationOptions {
   enum class Trigger { kSoftware, kWire };
   Trigger trigger = Trigger::kSoftware;
   std::chrono::milliseconds frame_timeout{2000};  // from trigger to whole image
+  std::optional<calib::StationCalibration> calibration;  // corrects each image; absent: they are taken as they come
 };
 
 // A turntable, a laser that looks at it, and the wires between. Lives on the device thread, but for the calls that say
@@ -56,6 +60,9 @@ class Station {
   std::vector<drivers::DeviceInfo> devices() const;
   std::optional<double> table_angle();
 
+  // Whom to tell, in words, when a device fails between two calls, after laser and motor were switched off; on whatever
+  // thread. Once this has returned, the listener before is not running any more.
+  void OnFault(std::function<void(const std::string&)> listener);
   // Laser off and motion stopped at once. Any thread; never throws.
   void StopNow() noexcept;
   // What forbids work: "the emergency stop is pressed", "the door is open", or empty. Any thread. Throws DeviceError.
@@ -65,11 +72,15 @@ class Station {
 
  private:
   void RefuseIfHazard(const char* call) const;
+  void OnDeviceFault();
+  void ThrowIfFaulted() const;
 
   StationDevices devices_;
   const StationGeometry geometry_;
   const StationOptions options_;
   bool homed_ = false;
+  std::mutex listener_mutex_;
+  std::function<void(const std::string&)> listener_;
 };
 
 // Holds a station ready to expose; safe again when it goes out of scope, however that happens.

@@ -223,7 +223,7 @@ CommandResult Doctor(const ServiceArguments& arguments, const CommandContext& co
     for (const Json& device : status["devices"]) {
       const bool fine = device["state"] == "idle" || device["state"] == "armed";
       find(fine, Text(device["name"]) + " is " + Text(device["state"]) + (Text(device["fault"]).empty() ? "" : ": " + Text(device["fault"])),
-           fine ? "" : "Check power and cable, then geon reset");
+           fine ? "" : Text(device["fault"]).empty() ? "Check power and cable, then geon reset" : "After that: geon reset");
     }
     find(status["emergency_stop"] == false, status["emergency_stop"] == false ? "the emergency stop is released" : "the emergency stop is pressed",
          status["emergency_stop"] == false ? "" : "Release it");
