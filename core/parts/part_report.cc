@@ -3,6 +3,7 @@
 #include "core/parts/part_report.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <utility>
 
@@ -30,23 +31,16 @@ std::vector<PartBoundary> ReportBoundaries(const PartSurface& surface, const std
     boundary.closed = std::ranges::all_of(ends[pair], [](const auto& count) { return count.second % 2 == 0; });
   }
 
-  const std::vector<int> labels_of = LabelsOfPatches(graph, patches, labels);
-  const int n_parts = labels.empty() ? 0 : 1 + *std::max_element(labels.begin(), labels.end());
-  std::vector<double> charge_of(n_parts, 0.0), area_of(n_parts, 0.0);
-  for (int p = 0; p < patches.graph.n(); ++p) {
-    if (labels_of[p] < 0) continue;
-    charge_of[labels_of[p]] += patches.graph.areas[p] * averaged[p];
-    area_of[labels_of[p]] += patches.graph.areas[p];
-  }
   MergeSettings settings;
   settings.radius = std::max(0.04 * patches.graph.size, 1.5 * patches.graph.edge);
-  settings.convex_clip = -1.0;
-  for (const RegionBoundary& region : MeasureBoundaries(patches.graph, labels_of, averaged, settings)) {
-    const auto at = boundaries.find({region.a, region.b});
-    if (at == boundaries.end() || region.length <= 0.0) continue;
-    at->second.strength = region.strength();
-    const double lesser = std::min(charge_of[region.a] / area_of[region.a], charge_of[region.b] / area_of[region.b]);
-    if (lesser > 0.0) at->second.contrast = std::clamp(1.0 - region.charge / region.length / lesser, -1.0, 1.0);
+  settings.noise = surface.noise;
+  for (const CutCandidate& cut :
+       MeasureCuts(patches.graph, LabelsOfPatches(graph, patches, labels), averaged, settings)) {
+    const auto at = boundaries.find({cut.a, cut.b});
+    if (at == boundaries.end()) continue;
+    at->second.concavity = cut.border.mean_concavity();
+    at->second.contrast = ContrastOf(cut.evidence);
+    at->second.strength = 1.0 / (1.0 + std::exp(-LogOddsOfCut(cut.evidence, CutStage::kSnapped)));
   }
   std::vector<PartBoundary> list;
   for (const auto& [pair, boundary] : boundaries) list.push_back(boundary);

@@ -13,12 +13,12 @@ namespace geond {
 
 struct SegmentOptions {
   enum class Method {
-    kWatershed,  // the default: watershed of the smoothed charge, merged and snapped by concavity
+    kWatershed,  // the default: watershed of the averaged charge, merged where nobody would cut
     kTrace,      // the thesis' boundary tracing and labelling (D.2, D.3), as repaired
     kThreshold,  // components above a share of the median charge (thesis Fig. 6.16 b)
   };
   Method method = Method::kWatershed;
-  double detail = 0.5;       // 0 coarse to 1 fine: how weak a concavity still cuts
+  double detail = 0.5;       // 0 coarse to 1 fine: how doubtful a cut is still made
   double noise = 0.0;        // m, standard deviation of the vertices along the normal, if known; 0: estimated
   double threshold = 0.75;   // kThreshold: of the median
   double trace_limit = 1.2;  // kTrace: rho_t over the minimum (correction 23)
@@ -26,10 +26,12 @@ struct SegmentOptions {
 
 // A cut between two parts.
 struct PartBoundary {
-  int a = 0, b = 0;       // parts, a < b
-  double length = 0.0;    // m
-  bool closed = false;    // the edges form closed loops
-  double strength = 0.0;  // mean signed concavity along it, 0 flat, towards 1 sharp; negative over a ridge
+  int a = 0, b = 0;     // parts, a < b
+  double length = 0.0;  // m
+  bool closed = false;  // the edges form closed loops
+  // How likely a person would cut here, 0 to 1, by charge, concavity and closure: weak cuts may be ignored.
+  double strength = 0.0;
+  double concavity = 0.0;  // mean signed concavity along it, 0 flat, towards 1 sharp; a ridge counts as -0.1 at most
   double contrast =
       0.0;  // how far the charge along it lies below the mean of the lesser part: 0 not at all, 1 none left
 };

@@ -108,7 +108,7 @@ std::vector<int> PartsFrom(const SurfaceGraph& surface, const std::vector<bool>&
   FillUnlabelled(surface, labels);
   MergeSettings splinters;
   splinters.radius = std::max(0.04 * surface.size, 1.5 * surface.edge);
-  splinters.threshold = -1.0;  // dissolves nothing
+  splinters.small_area = 0.01;
   MergeRegions(surface, averaged, splinters, labels);
   return labels;
 }

@@ -14,21 +14,17 @@
 namespace geond {
 
 WatershedSettings SettingsForDetail(double detail) {
+  constexpr double kCoarsestOdds = 6.0, kFinestOdds = -1.0, kCoarsestArea = 0.1, kFinestArea = 0.0025;
   WatershedSettings settings;
   if (detail < 0.5) {
     const double coarse = 1.0 - 2.0 * detail;
-    settings.coarse_threshold = settings.final_threshold + 0.3 * coarse;
-    settings.coarse_area = settings.small_area + 0.09 * coarse;
+    for (double step : {0.25, 0.5, 0.75, 1.0}) settings.snapped_odds.push_back(step * coarse * kCoarsestOdds);
+    settings.small_area += (kCoarsestArea - settings.small_area) * coarse;
   } else if (detail > 0.5) {
-    const double scale = std::exp2(1.0 - 2.0 * detail);
-    settings.gate *= scale;
-    settings.charge_radius *= scale;
-    settings.concavity_radius *= scale;
-    settings.first_threshold *= scale;
-    settings.final_threshold *= scale;
-    settings.small_area *= scale * scale;
-    settings.snap_radius *= scale;
-    settings.snap_band *= scale;
+    const double fine = 2.0 * detail - 1.0;
+    std::erase_if(settings.snapped_odds, [&](double odds) { return odds > fine * kFinestOdds; });
+    settings.snapped_odds.push_back(fine * kFinestOdds);
+    settings.small_area += (kFinestArea - settings.small_area) * fine;
   }
   return settings;
 }
@@ -58,27 +54,22 @@ std::vector<int> SegmentByWatershed(const SurfaceGraph& surface, const std::vect
 
   MergeSettings merge;
   merge.radius = radius;
-  merge.small_area = settings.small_area;
-  merge.contrast_weight = settings.contrast_weight;
-  merge.share_weight = settings.share_weight;
-  const double doubt = settings.noise_threshold * noise / radius;
+  merge.noise = noise;
+  merge.on_measured = settings.on_measured;
+  merge.log_odds = settings.rough_odds;
+  MergeRegions(surface, height, merge, labels, stop);
   SnapSettings snap;
   snap.radius = std::max(settings.snap_radius * size, surface.edge);
   snap.band = std::max(settings.snap_band * size, 2.0 * surface.edge);
   snap.scale = settings.snap_scale;
-  merge.threshold = settings.first_threshold + doubt;
-  MergeRegions(surface, height, merge, labels, stop);
   SnapBoundaries(surface, snap, labels, stop);
-  merge.threshold = settings.final_threshold + doubt;
+  merge.stage = CutStage::kSnapped;
+  merge.log_odds = settings.snapped_odds;
+  merge.small_area = settings.small_area;
   MergeRegions(surface, height, merge, labels, stop);
-  if (settings.coarse_threshold > 0.0) {
-    merge.threshold = settings.coarse_threshold + doubt;
-    merge.small_area = settings.coarse_area;
-    MergeRegions(surface, height, merge, labels, stop);
-  }
   message = *std::max_element(labels.begin(), labels.end()) > 0
-                ? "cut where the surface is concave between charged regions"
-                : "no concavity divides it: one part";
+                ? "cut where a person would: concave, of little charge, around parts closed in themselves"
+                : "nothing divides it: one part";
   return labels;
 }
 
