@@ -78,24 +78,24 @@ double LogOddsOfCut(const CutEvidence& evidence, CutStage stage) {
   };
   // Fitted by logistic regression (tests/validation/parts_weights_validation.cc).
   static constexpr std::array<Weight, std::tuple_size_v<CutEvidence>> kWeights = {{
-      {-1.488, -2.119},      // always
-      {4.7, 0.6143},         // mean concavity
-      {1.377, 2.64},         // share of the border that is concave
-      {1.148, 0.3743},       // share that is deeply so
-      {0.7314, 0.8144},      // charge along the border under the lesser mean of the two
-      {-0.5274, -0.1176},    // charge along the border under the lesser peak
-      {0.5897, 0.9763},      // charge at the border's highest pass under the lesser peak
-      {-0.04907, 0.6414},    // the small region's density against the large one's
-      {0.009209, -0.07921},  // share of the lesser rim
-      {-0.1906, -0.7759},    // border against the rim of a flat disk of the small region's area
-      {0.1043, 0.04147},     // the small region's share of the surface
-      {-3.284, -5.217},      // noise over the radius of pooling
-      {-0.3495, -0.2681},    // the lesser density against the mean
-      {10.09, 19.44},        // concavity, noise
-      {-0.7692, -1.442},     // how one-sided the small region is: 0 closed in itself, 1 flat
-      {-0.8322, -3.144},     // the same of the large region
-      {0.9906, 3.11},        // share of the border that is a ridge
-      {4.53, 4.369},         // concavity, share of the lesser rim
+      {-1.375, -2.008},     // always
+      {4.245, 0.4541},      // mean concavity
+      {1.434, 2.509},       // share of the border that is concave
+      {1.14, 0.3937},       // share that is deeply so
+      {0.8531, 0.7586},     // charge along the border under the lesser mean of the two
+      {-0.7778, -0.1608},   // charge along the border under the lesser peak
+      {0.633, 0.9543},      // charge at the border's highest pass under the lesser peak
+      {-0.01705, 0.5235},   // the small region's density against the large one's
+      {0.004269, 0.04644},  // share of the lesser rim
+      {-0.2004, -0.8492},   // border against the rim of a flat disk of the small region's area
+      {0.09828, 0.02266},   // the small region's share of the surface
+      {-3.899, -5.319},     // noise over the radius of pooling
+      {-0.3225, -0.1851},   // the lesser density against the mean
+      {13.87, 20.23},       // concavity, noise
+      {-0.8021, -1.475},    // how one-sided the small region is: 0 closed in itself, 1 flat
+      {-0.8301, -3.184},    // the same of the large region
+      {1.016, 2.614},       // share of the border that is a ridge
+      {5.597, 4.157},       // concavity, share of the lesser rim
   }};
   double sum = 0.0;
   for (std::size_t i = 0; i < evidence.size(); ++i) {

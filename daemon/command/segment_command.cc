@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <fstream>
 
+#include "core/parts/convex_features.h"
 #include "daemon/command/input.h"
 #include "daemon/command/offline_commands.h"
 
@@ -23,10 +24,12 @@ CommandResult Segment(const SegmentArguments& arguments, const CommandContext& c
   const Input input = ReadInput(arguments.input, arguments.unit);
   const TriangleMesh& mesh = MeshOf(input);
   PartSegmentation parts;
+  std::vector<ConvexFeature> features;
   try {
     const ChargeDensity charge = SolveChargeDensity(mesh, arguments.charge, context.stop, context.on_step);
     if (context.on_step) context.on_step("segment", 0, 0);
     parts = SegmentParts(mesh, charge, arguments.options, context.stop);
+    features = FindConvexFeatures(mesh, charge);
   } catch (const std::invalid_argument& error) {
     throw FileError(input.name, "segment", error.what());
   }
@@ -37,7 +40,20 @@ CommandResult Segment(const SegmentArguments& arguments, const CommandContext& c
                           {"b", boundary.b},
                           {"length_mm", 1e3 * boundary.length},
                           {"closed", boundary.closed},
-                          {"strength", boundary.strength}});
+                          {"strength", boundary.strength},
+                          {"concavity", boundary.concavity},
+                          {"contrast", boundary.contrast}});
+  }
+  Json tips_and_edges = Json::array();
+  for (const ConvexFeature& feature : features) {
+    const Eigen::Vector3d position_mm = 1e3 * feature.position;
+    tips_and_edges.push_back(
+        {{"kind", feature.kind == ConvexFeature::Kind::kTip ? "tip" : "edge"},
+         {"position_mm", {position_mm.x(), position_mm.y(), position_mm.z()}},
+         {"direction", {feature.direction.x(), feature.direction.y(), feature.direction.z()}},
+         {"length_mm", 1e3 * feature.length},
+         {"strength", feature.strength},
+         {"part", parts.labels[feature.triangles.front()]}});
   }
   CommandResult result;
   result.json = {{"n_parts", parts.n_parts},
@@ -45,6 +61,7 @@ CommandResult Segment(const SegmentArguments& arguments, const CommandContext& c
                  {"labels", parts.labels},
                  {"boundaries", std::move(boundaries)},
                  {"significance", parts.significance},
+                 {"features", std::move(tips_and_edges)},
                  {"message", parts.message},
                  {"seconds", watch.seconds()}};
   result.text = Format("%d part%s", parts.n_parts, parts.n_parts == 1 ? "" : "s");
