@@ -76,7 +76,8 @@ double LogOddsOfCut(const CutEvidence& evidence, CutStage stage) {
   struct Weight {
     double rough, snapped;
   };
-  // Fitted by logistic regression (tests/validation/parts_weights_validation.cc).
+  // Fitted by logistic regression to what people and generators of objects hold apart; docs/parts.md says on which
+  // data, tests/validation/parts_weights_validation.cc does it again.
   static constexpr std::array<Weight, std::tuple_size_v<CutEvidence>> kWeights = {{
       {-1.375, -2.008},     // always
       {4.245, 0.4541},      // mean concavity
