@@ -18,6 +18,7 @@ struct UnitPotentialSolution {
   double setup_seconds = 0.0;
   double solve_seconds = 0.0;
   std::size_t peak_bytes = 0;
+  double error_estimate = 0.0;  // of the iteration: rms of x's error relative to its mean; 0: not estimated
   SolveSummary summary;
 };
 

@@ -49,7 +49,7 @@ UnitPotentialSolution Solve(const TriangleMesh& mesh, const Panels& panels, cons
 
   step("charge: tree", 0);
   const Tree tree = BuildTree(mesh, panels, settings.leaf_capacity, threads);
-  const Interactions interactions = FindInteractions(tree, settings.theta, 64);
+  const Interactions interactions = FindInteractions(tree, settings.far);
   report.tree_seconds = phase.Lap();
   step("charge: near field", 0);
   const NearField<Real> near(mesh, panels, tree, interactions.near, settings.near, threads, kernels);
@@ -93,6 +93,12 @@ UnitPotentialSolution Solve(const TriangleMesh& mesh, const Panels& panels, cons
   options.tolerance = settings.residual;
   options.max_iterations = 150;
   options.threads = threads;
+  std::vector<double> shares(n);  // of the area
+  double area = 0.0;
+  for (double a : panels.area) area += a;
+  for (std::size_t i = 0; i < n; ++i) shares[i] = panels.area[tree.order[i]] / area;
+  options.weights = shares;
+  options.error_tolerance = settings.error;
   const std::vector<double> ones(n, 1.0);
   GmresResult result = SolveGmres(product, precondition, ones, options, stop, [&](int iteration, double) {
     if (on_step) on_step("charge: solve", iteration, 0);
@@ -102,6 +108,7 @@ UnitPotentialSolution Solve(const TriangleMesh& mesh, const Panels& panels, cons
   solution.solve_seconds = total.Lap();
   solution.peak_bytes = report.near_bytes + report.far_bytes + report.preconditioner_bytes +
                         tree.cells.size() * sizeof(Cell) + (result.summary.iterations + 4) * n * sizeof(double);
+  solution.error_estimate = result.error_estimate;
   solution.summary = std::move(result.summary);
   solution.summary.seconds = solution.setup_seconds + solution.solve_seconds;
   return solution;
@@ -109,24 +116,27 @@ UnitPotentialSolution Solve(const TriangleMesh& mesh, const Panels& panels, cons
 
 }  // namespace
 
-// Measured against the exact matrix (tests/validation/charge_accuracy_validation.cc): at 82,000 to 99,000 triangles the
-// default gave 0.9e-4 rms and 1e-3 at worst, at 10,000 2.3e-4 and 1e-3. The density is rougher than the
-// potential: its error is ten to forty times the relative residual, and grows as the triangles shrink.
+// Measured against the exact matrix and, above 15,000 triangles, against a far finer solve (tests/validation/
+// charge_accuracy_validation.cc). The density is rougher than the potential: what a cell's expansion misses leaps from one
+// cell to the next, and the density answers such a leap the more, the finer the triangles are. So larger meshes get a higher
+// order and better quadratures.
 FastSettings FastSettingsFor(double tolerance, std::size_t triangles) {
   FastSettings settings;
-  const double finer = std::sqrt(1e4 / std::max(1e4, static_cast<double>(triangles)));
-  settings.residual = 0.015 * tolerance * finer;
+  settings.error = tolerance;
+  settings.residual = 1e-6 * tolerance;
   if (tolerance >= kLeastSingleTolerance) {
-    settings.order = triangles <= 200000 ? 7 : 8;
+    const bool coarse = tolerance >= 5e-4;
+    settings.order = (triangles <= 20000 ? 5 : triangles <= 300000 ? 6 : 7) + (coarse ? 0 : 2);
+    settings.near.three_points_within = triangles <= 20000 && coarse ? 4.0 : 8.0;
     if (triangles > 300000) settings.leaf_capacity = 24;  // the near field is most of the memory
     return settings;
   }
   settings.double_precision = true;
   settings.order = tolerance >= 1e-5 ? 10 : 12;
-  settings.theta = 0.6;
+  settings.far.steepest = 0.43;
   settings.leaf_capacity = 64;
   settings.local_triangles = 96;
-  settings.near = {4.0, 1e9};
+  settings.near = {4.0, 1e9, 1e9};
   return settings;
 }
 

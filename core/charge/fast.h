@@ -7,6 +7,7 @@
 
 #include "core/base/progress.h"
 #include "core/charge/dense.h"
+#include "core/charge/interactions.h"
 #include "core/charge/kernels.h"
 #include "core/charge/near_field.h"
 #include "core/charge/panels.h"
@@ -16,12 +17,13 @@ namespace geond::charge {
 // How finely the fast solver computes. FastSettingsFor picks them for a tolerance; tests and benchmarks may set their own.
 struct FastSettings {
   bool double_precision = false;
-  int order = 7;                // of the multipoles
-  double theta = 0.65;          // cells are far when the sum of their radii is less than theta times their distance
+  int order = 5;                // of the multipoles
+  FarRule far;
   int leaf_capacity = 32;       // triangles
   NearRule near;
   int local_triangles = 64;     // of a local solve of the preconditioner
-  double residual = 1e-5;       // relative, of the potential, at which the iteration ends
+  double error = 5e-4;          // of the density, estimated, rms relative to its mean, at which the iteration ends
+  double residual = 1e-9;       // relative, of the potential, at which it ends in any case
 };
 
 constexpr double kLeastFastTolerance = 1e-6;

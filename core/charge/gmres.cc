@@ -39,6 +39,16 @@ double Dot(const double* a, const double* b, std::size_t begin, std::size_t end)
   return ((sum[0] + sum[1]) + (sum[2] + sum[3])) + ((sum[4] + sum[5]) + (sum[6] + sum[7]));
 }
 
+double WeightedDot(const double* w, const double* a, const double* b, std::size_t begin, std::size_t end) {
+  double sum[8] = {};
+  std::size_t i = begin;
+  for (; i + 8 <= end; i += 8) {
+    for (int lane = 0; lane < 8; ++lane) sum[lane] += w[i + lane] * a[i + lane] * b[i + lane];
+  }
+  for (; i < end; ++i) sum[0] += w[i] * a[i] * b[i];
+  return ((sum[0] + sum[1]) + (sum[2] + sum[3])) + ((sum[4] + sum[5]) + (sum[6] + sum[7]));
+}
+
 double Norm(const Blocks& blocks, const double* a) {
   std::vector<double> parts(blocks.count());
   blocks.ForEach([&](std::size_t block, std::size_t begin, std::size_t end) { parts[block] = Dot(a, a, begin, end); });
@@ -65,6 +75,57 @@ double Orthogonalise(const Blocks& blocks, const std::vector<std::vector<double>
   return std::sqrt(along[count]);
 }
 
+// The weighted products of the preconditioned vectors z_j with each other, and their weighted means: from them the size of
+// any combination follows without its being made.
+class ErrorEstimate {
+ public:
+  ErrorEstimate(const Blocks& blocks, std::span<const double> weights) : blocks_(blocks), weights_(weights) {}
+
+  void Add(const std::vector<std::vector<double>>& z) {
+    const std::size_t count = z.size();
+    std::vector<double> parts(blocks_.count() * (count + 1)), sums(count + 1, 0.0);
+    blocks_.ForEach([&](std::size_t block, std::size_t begin, std::size_t end) {
+      double* const part = &parts[block * (count + 1)];
+      for (std::size_t j = 0; j < count; ++j) {
+        part[j] = WeightedDot(weights_.data(), z[j].data(), z.back().data(), begin, end);
+      }
+      part[count] = Dot(weights_.data(), z.back().data(), begin, end);
+    });
+    for (std::size_t i = 0; i < parts.size(); ++i) sums[i % (count + 1)] += parts[i];
+    means_.push_back(sums.back());
+    sums.pop_back();
+    products_.push_back(std::move(sums));
+  }
+
+  // |sum t_j z_j| over the mean of sum y_j z_j.
+  double Relative(const std::vector<double>& t, const std::vector<double>& y) const {
+    double squares = 0.0, mean = 0.0;
+    for (std::size_t i = 0; i < t.size(); ++i) {
+      for (std::size_t j = 0; j < i; ++j) squares += 2.0 * t[i] * t[j] * products_[i][j];
+      squares += t[i] * t[i] * products_[i][i];
+    }
+    for (std::size_t i = 0; i < y.size(); ++i) mean += y[i] * means_[i];
+    return std::sqrt(std::max(0.0, squares)) / std::abs(mean);
+  }
+
+ private:
+  const Blocks& blocks_;
+  std::span<const double> weights_;
+  std::vector<std::vector<double>> products_;  // row j: with vectors 0 to j
+  std::vector<double> means_;
+};
+
+// R y = g, R held by columns.
+std::vector<double> BackSubstitute(const std::vector<std::vector<double>>& R, const std::vector<double>& g) {
+  std::vector<double> y(R.size());
+  for (std::size_t i = y.size(); i-- > 0;) {
+    double sum = g[i];
+    for (std::size_t j = i + 1; j < y.size(); ++j) sum -= R[j][i] * y[j];
+    y[i] = sum / R[i][i];
+  }
+  return y;
+}
+
 }  // namespace
 
 GmresResult SolveGmres(const LinearMap& A, const LinearMap& precondition, std::span<const double> b,
@@ -87,6 +148,8 @@ GmresResult SolveGmres(const LinearMap& A, const LinearMap& precondition, std::s
   std::vector<std::vector<double>> R;                // upper triangle, a column an iteration
   std::vector<double> cosine, sine, g = {b_norm};  // Givens rotations, and the right-hand side they have turned
   std::vector<std::vector<double>> preconditioned;  // what each basis vector became
+  ErrorEstimate estimate(blocks, options.weights);
+  std::vector<double> last_correction;  // parts of the residual along the basis, when it has been preconditioned already
   std::vector<double> w(n);
   result.summary.residual = 1.0;
   std::size_t k = 0;
@@ -95,6 +158,21 @@ GmresResult SolveGmres(const LinearMap& A, const LinearMap& precondition, std::s
     ThrowIfStopped(stop);
     preconditioned.emplace_back(n);
     precondition(basis[k], preconditioned[k]);
+    if (!options.weights.empty()) {
+      estimate.Add(preconditioned);
+      // The residual is g_k times the last basis vector, turned back: its parts along the basis.
+      std::vector<double> parts(k + 1, 0.0);
+      parts[k] = g[k];
+      for (std::size_t j = k; j-- > 0;) {
+        parts[j] = -sine[j] * parts[j + 1];
+        parts[j + 1] *= cosine[j];
+      }
+      if (k > 0) result.error_estimate = estimate.Relative(parts, BackSubstitute(R, g));
+      if (k > 0 && result.error_estimate <= options.error_tolerance) {
+        last_correction = std::move(parts);
+        break;
+      }
+    }
     A(preconditioned[k], w);
     std::vector<double> h(k + 2, 0.0);
     const double before = Orthogonalise(blocks, basis, k + 1, w, h);
@@ -125,19 +203,17 @@ GmresResult SolveGmres(const LinearMap& A, const LinearMap& precondition, std::s
     for (double& value : basis.back()) value /= last;
   }
 
-  std::vector<double> y(k);
-  for (std::size_t i = k; i-- > 0;) {
-    double sum = g[i];
-    for (std::size_t j = i + 1; j < k; ++j) sum -= R[j][i] * y[j];
-    y[i] = sum / R[i][i];
-  }
+  std::vector<double> y = BackSubstitute(R, g);
+  y.resize(std::max(y.size(), last_correction.size()), 0.0);
+  for (std::size_t j = 0; j < last_correction.size(); ++j) y[j] += last_correction[j];
   blocks.ForEach([&](std::size_t, std::size_t begin, std::size_t end) {
-    for (std::size_t j = 0; j < k; ++j) {
+    for (std::size_t j = 0; j < y.size(); ++j) {
       for (std::size_t i = begin; i < end; ++i) result.x[i] += y[j] * preconditioned[j][i];
     }
   });
   result.summary.iterations = static_cast<int>(k);
-  result.summary.converged = result.summary.residual <= options.tolerance;
+  result.summary.converged = result.summary.residual <= options.tolerance ||
+                             (!options.weights.empty() && k > 0 && result.error_estimate <= options.error_tolerance);
   result.summary.message = result.summary.converged ? "converged" : "the residual stopped above the tolerance";
   result.summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return result;

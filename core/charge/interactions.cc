@@ -12,17 +12,14 @@ using Pair = std::pair<int, int>;  // target, source
 
 class Traversal {
  public:
-  Traversal(const Tree& tree, double theta, std::ptrdiff_t least_work)
-      : tree_(tree), theta_squared_(theta * theta), least_work_(least_work), leaf_of_cell_(tree.cells.size(), -1) {
+  Traversal(const Tree& tree, const FarRule& rule) : tree_(tree), rule_(rule), leaf_of_cell_(tree.cells.size(), -1) {
     for (std::size_t i = 0; i < tree.leaves.size(); ++i) leaf_of_cell_[tree.leaves[i]] = static_cast<int>(i);
   }
 
   void Visit(int target, int source) {
     const Cell &A = tree_.cells[target], &B = tree_.cells[source];
-    const double reach = A.centroid_radius + B.triangle_radius;
-    const bool far_apart = reach * reach < theta_squared_ * (A.centre - B.centre).squaredNorm();
-    const bool levels_fit = std::abs(A.level - B.level) <= kMostLevelsApart;
-    if (far_apart && levels_fit && static_cast<std::ptrdiff_t>(A.count()) * B.count() >= least_work_) {
+    const bool enough = static_cast<std::ptrdiff_t>(A.count()) * B.count() >= rule_.least_work;
+    if (enough && Converges(A, B) && std::abs(A.level - B.level) <= kMostLevelsApart) {
       far.emplace_back(target, source);
     } else if (A.is_leaf() && B.is_leaf()) {
       near.emplace_back(leaf_of_cell_[target], leaf_of_cell_[source]);
@@ -40,9 +37,15 @@ class Traversal {
   std::vector<Pair> near, far;
 
  private:
+  // radius of one / (distance - radius of the other) <= steepest, both ways.
+  bool Converges(const Cell& A, const Cell& B) const {
+    const double a = A.centroid_radius, b = B.triangle_radius, t = rule_.steepest;
+    const double needed = std::max(b / t + a, a / t + b);
+    return needed * needed < (A.centre - B.centre).squaredNorm();
+  }
+
   const Tree& tree_;
-  double theta_squared_;
-  std::ptrdiff_t least_work_;
+  FarRule rule_;
   std::vector<int> leaf_of_cell_;
 };
 
@@ -62,8 +65,8 @@ Interactions::Lists SortByTarget(const std::vector<Pair>& pairs, std::size_t tar
 
 }  // namespace
 
-Interactions FindInteractions(const Tree& tree, double theta, std::ptrdiff_t least_work) {
-  Traversal traversal(tree, theta, least_work);
+Interactions FindInteractions(const Tree& tree, const FarRule& rule) {
+  Traversal traversal(tree, rule);
   traversal.Visit(0, 0);
   Interactions interactions;
   interactions.near = SortByTarget(traversal.near, tree.leaves.size());

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "core/charge/tree.h"
@@ -19,10 +20,16 @@ struct Interactions {
   Lists far;   // places among the cells
 };
 
+// When two cells are far: when both the source's multipoles and the target's local terms converge by a ratio of at most
+// `steepest` a degree, and there are at least `least_work` pairs of triangles between them (fewer are cheaper one by one).
+struct FarRule {
+  double steepest = 0.48;
+  std::ptrdiff_t least_work = 64;
+};
+
 constexpr int kMostLevelsApart = 16;
 
-// A dual traversal of the tree. Two cells are far when centroid_radius + triangle_radius < theta * distance and their levels
-// are no more than kMostLevelsApart apart; a far pair with fewer than `least_work` pairs of triangles counts as near all the same, which is cheaper.
-Interactions FindInteractions(const Tree& tree, double theta, std::ptrdiff_t least_work);
+// A dual traversal of the tree. Cells more than kMostLevelsApart levels apart are never far.
+Interactions FindInteractions(const Tree& tree, const FarRule& rule);
 
 }  // namespace geond::charge

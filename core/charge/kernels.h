@@ -30,9 +30,14 @@ struct Kernels {
     // y += A x for a column-major block of `rows` by `columns`. Up to kPadding numbers behind the block are read.
     void (*multiply)(const Real* A, int rows, std::ptrdiff_t columns, const Real* x, Real* y);
 
-    // out[i] = sum over g of weight[g]/|r_i - p_g|, n padded.
-    void (*point_potential)(int n, const Real* x, const Real* y, const Real* z, int points, const Real* px, const Real* py,
-                            const Real* pz, const Real* weight, Real* out);
+    // Column s of a column-major block of `rows` by `sources`: out[i] = sum over g of weight_g/|r_i - shift - p_g|, the
+    // `points` points of source s standing one after another. x, y, z are padded.
+    void (*point_columns)(int rows, const Real* x, const Real* y, const Real* z, const Real* shift, int sources, int points,
+                          const Real* px, const Real* py, const Real* pz, const Real* weight, Real* out);
+
+    // Lists the i < n with |r_i - centre|^2 < reach_squared, n padded in memory, and returns how many there are.
+    int (*within_reach)(int n, const Real* x, const Real* y, const Real* z, const Real* centre, Real reach_squared,
+                        int* which);
 
     // M += sum over i of q[i] U(x[i], y[i], z[i]), n padded.
     void (*add_multipole)(int order, int n, const Real* x, const Real* y, const Real* z, const Real* q, Real* M);

@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "core/charge/kernels.h"
+#include "core/charge/kernels_inverse.h"
 #include "core/charge/kernels_loops.h"
 #include "core/charge/potential_formula.h"
 

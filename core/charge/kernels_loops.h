@@ -106,20 +106,68 @@ inline FloatPack ReciprocalSqrt(FloatPack x) {
   return estimate * (1.5f - 0.5f * x * estimate * estimate);
 }
 
-template <typename Real>
-void PointPotential(int n, const Real* x, const Real* y, const Real* z, int points, const Real* px, const Real* py,
-                    const Real* pz, const Real* weight, Real* out) {
+template <int kPoints, typename Real>
+inline void PointColumnsOf(int rows, const Real* x, const Real* y, const Real* z, const Real* shift, int sources,
+                           const Real* px, const Real* py, const Real* pz, const Real* weight, Real* out) {
   using Pack = typename PackOf<Real>::type;
   constexpr int kLanes = sizeof(Pack) / sizeof(Real);
-  for (int i = 0; i < n; i += kLanes) {
-    const Pack rx = Load<Pack>(x + i), ry = Load<Pack>(y + i), rz = Load<Pack>(z + i);
-    Pack sum = {};
-    for (int g = 0; g < points; ++g) {
-      const Pack dx = rx - px[g], dy = ry - py[g], dz = rz - pz[g];
-      sum += weight[g] * ReciprocalSqrt(dx * dx + dy * dy + dz * dz + Real(1e-30));
+  const Real* const end = out + static_cast<std::ptrdiff_t>(rows) * sources;
+  for (int s = 0; s < sources; ++s, px += kPoints, py += kPoints, pz += kPoints, weight += kPoints, out += rows) {
+    Real qx[kPoints], qy[kPoints], qz[kPoints];
+    for (int g = 0; g < kPoints; ++g) qx[g] = px[g] + shift[0], qy[g] = py[g] + shift[1], qz[g] = pz[g] + shift[2];
+    for (int i = 0; i < rows; i += kLanes) {
+      const Pack rx = Load<Pack>(x + i), ry = Load<Pack>(y + i), rz = Load<Pack>(z + i);
+      Pack sum = {};
+      for (int g = 0; g < kPoints; ++g) {
+        const Pack dx = rx - qx[g], dy = ry - qy[g], dz = rz - qz[g];
+        const Pack squared = MultiplyAdd(dx, dx, MultiplyAdd(dy, dy, dz * dz)) + Real(1e-30);
+        sum = MultiplyAdd(ReciprocalSqrt(squared), weight[g], sum);
+      }
+      // A column may run over into the next ones, which are written later, but not over the end.
+      if (out + i + kLanes <= end) {
+        Store(out + i, sum);
+      } else {
+        Real lanes[kLanes];
+        Store(lanes, sum);
+        std::memcpy(out + i, lanes, (rows - i) * sizeof(Real));
+      }
     }
-    Store(out + i, sum);
   }
+}
+
+template <typename Real>
+void PointColumns(int rows, const Real* x, const Real* y, const Real* z, const Real* shift, int sources, int points,
+                  const Real* px, const Real* py, const Real* pz, const Real* weight, Real* out) {
+  const auto columns = points == 1 ? PointColumnsOf<1, Real> : points == 3 ? PointColumnsOf<3, Real> : PointColumnsOf<7, Real>;
+  columns(rows, x, y, z, shift, sources, px, py, pz, weight, out);
+}
+
+template <typename Real>
+int WithinReach(int n, const Real* x, const Real* y, const Real* z, const Real* centre, Real reach_squared, int* which) {
+  using Pack = typename PackOf<Real>::type;
+  constexpr int kLanes = sizeof(Pack) / sizeof(Real);
+  int count = 0;
+  for (int i = 0; i < n; i += kLanes) {
+    const Pack dx = Load<Pack>(x + i) - centre[0], dy = Load<Pack>(y + i) - centre[1], dz = Load<Pack>(z + i) - centre[2];
+    const Pack squared = dx * dx + dy * dy + dz * dz;
+#if defined(__AVX512F__)
+    unsigned mask;
+    if constexpr (sizeof(Real) == sizeof(float)) {
+      mask = _mm512_cmp_ps_mask(squared, Pack{} + reach_squared, _CMP_LT_OQ);
+    } else {
+      mask = _mm512_cmp_pd_mask(squared, Pack{} + reach_squared, _CMP_LT_OQ);
+    }
+    for (; mask != 0; mask &= mask - 1) {
+      const int lane = __builtin_ctz(mask);
+      if (i + lane < n) which[count++] = i + lane;
+    }
+#else
+    for (int lane = 0; lane < kLanes && i + lane < n; ++lane) {
+      if (squared[lane] < reach_squared) which[count++] = i + lane;
+    }
+#endif
+  }
+  return count;
 }
 
 constexpr int kHighestOrder = 20;
@@ -255,18 +303,20 @@ inline void TranslatePairsTile(const Real* K, int columns, int stride, const Cel
     Store(to, MultiplyAdd(value, Load<Pack>(signs[pairs[v].reflection] + row), Load<Pack>(to)));
   };
   int row = 0;
-  for (; row + kWide * kLanes <= stride; row += kWide * kLanes) {
-    Pack sum[kVectors][kWide] = {};
-    TranslateTile<kWide, kVectors, Real>(K + row, columns, stride, X, sum);
+  const auto strip = [&]<int kPacks>() {
+    Pack sum[kVectors][kPacks] = {};
+    TranslateTile<kPacks, kVectors, Real>(K + row, columns, stride, X, sum);
     for (int v = 0; v < kVectors; ++v) {
-      for (int p = 0; p < kWide; ++p) add(v, row + p * kLanes, sum[v][p]);
+      for (int p = 0; p < kPacks; ++p) add(v, row + p * kLanes, sum[v][p]);
     }
+    row += kPacks * kLanes;
+  };
+  while (row + kWide * kLanes <= stride) strip.template operator()<kWide>();
+  if constexpr (kWide == 4) {
+    if (row + 3 * kLanes <= stride) strip.template operator()<3>();
+    if (row + 2 * kLanes <= stride) strip.template operator()<2>();
   }
-  for (; row < stride; row += kLanes) {
-    Pack sum[kVectors][1] = {};
-    TranslateTile<1, kVectors, Real>(K + row, columns, stride, X, sum);
-    for (int v = 0; v < kVectors; ++v) add(v, row, sum[v][0]);
-  }
+  if (row < stride) strip.template operator()<1>();
 }
 
 template <typename Real>
@@ -280,44 +330,9 @@ void TranslatePairs(const Real* K, int columns, int stride, const CellPair* pair
   if (i < count) TranslatePairsTile<1>(K, columns, stride, pairs + i, signs, M, L);
 }
 
-bool InverseRows(float* M, int m, int own, int width, float* rows) {
-  const int halo = m - own;  // rows before have no right-hand side yet
-  const auto row = [&](int i) { return M + static_cast<std::ptrdiff_t>(i) * width; };
-  const auto subtract = [](float* to, float factor, const float* what, int begin, int end) {
-    for (int j = begin; j < end; j += kFloats) {
-      Store(to + j, MultiplyAdd(Load<FloatPack>(what + j), -factor, Load<FloatPack>(to + j)));
-    }
-  };
-  for (int k = 0; k < m; ++k) {
-    const float pivot = row(k)[k];
-    if (!(std::fabs(pivot) > 1e-30f)) return false;
-    const float inverse = 1.0f / pivot;
-    row(k)[k] = inverse;
-    const int begin = (k + 1) / kFloats * kFloats, end = k < halo ? m : m + own;
-    for (int i = k + 1; i < m; ++i) {
-      const float factor = row(i)[k] * inverse;
-      subtract(row(i), factor, row(k), begin, end);
-      row(i)[k] = factor;
-    }
-  }
-  // The right-hand sides stand behind the matrix, from a whole pack on.
-  const int begin = m / kFloats * kFloats;
-  for (int k = m - 1; k >= 0; --k) {
-    float kept[kFloats];  // of this row before the right-hand sides
-    std::memcpy(kept, row(k) + begin, sizeof kept);
-    const float inverse = row(k)[k];
-    for (int j = k + 1; j < m; ++j) {
-      const float factor = j < begin ? row(k)[j] : kept[j - begin];
-      subtract(row(k), factor, row(j), begin, m + own);
-    }
-    for (int a = 0; a < own; ++a) rows[static_cast<std::ptrdiff_t>(k) * own + a] = row(k)[m + a] *= inverse;
-  }
-  return true;
-}
-
 template <typename Real>
 constexpr Kernels::Loops<Real> MakeLoops() {
-  return {Multiply<Real>, PointPotential<Real>, AddMultipole<Real>, AddPotential<Real>, Translate<Real>,
+  return {Multiply<Real>, PointColumns<Real>, WithinReach<Real>, AddMultipole<Real>, AddPotential<Real>, Translate<Real>,
           TranslatePairs<Real>};
 }
 

@@ -43,16 +43,8 @@ struct LeafPoints {
   }
 };
 
-// A source triangle, ready for every leaf near it.
-template <typename Real>
-struct SourceTriangle {
-  TriangleFrame frame;
-  Eigen::Vector3d centroid;
-  double diameter;
-  TrianglePoints<Real, 7> seven, three;  // seen from the source leaf's centre
-};
-
-// Fills the columns of one source leaf's triangles in the rows of the leaves near it. Kept between leaves for its memory.
+// The triangles of one source leaf, and the columns that they fill in the rows of the leaves near it. Kept between leaves
+// for its memory.
 template <typename Real>
 class ColumnFiller {
  public:
@@ -60,71 +52,95 @@ class ColumnFiller {
       : points_(points), rule_(rule), kernels_(kernels) {}
 
   void SetSource(const TriangleMesh& mesh, const Panels& panels, const Tree& tree, const Cell& source) {
-    centre_ = source.centre;
-    sources_.clear();
+    source_ = &source;
+    frames_.clear(), reach_.clear(), centroid_.clear();
+    for (Points& points : rules_) points.x.clear(), points.y.clear(), points.z.clear(), points.weight.clear();
+    largest_ = 0.0;
     for (int i = source.begin; i < source.end; ++i) {
       const int t = tree.order[i];
-      sources_.push_back({FrameOf(mesh, t), Eigen::Vector3d(panels.x[t], panels.y[t], panels.z[t]), panels.diameter[t],
-                          TrianglePoints<Real, 7>(kSevenPoints, mesh, t, centre_, panels.area[t]),
-                          TrianglePoints<Real, 7>(kThreePoints, mesh, t, centre_, panels.area[t])});
+      frames_.push_back(FrameOf(mesh, t));
+      centroid_.emplace_back(panels.x[t], panels.y[t], panels.z[t]);
+      reach_.push_back(rule_.exact_within * panels.diameter[t]);
+      largest_ = std::max(largest_, panels.diameter[t]);
+      rules_[0].Add(kOnePoint, mesh, t, source.centre, panels.area[t]);
+      rules_[1].Add(kThreePoints, mesh, t, source.centre, panels.area[t]);
+      if (rule_.seven_points_within > 0.0) rules_[2].Add(kSevenPoints, mesh, t, source.centre, panels.area[t]);
     }
   }
 
-  void Fill(std::size_t leaf_place, const Cell& leaf, Real* values) {
-    const int rows = leaf.count(), padded = Padded(rows);
+  // All columns by quadrature.
+  void Fill(std::size_t leaf_place, const Cell& leaf, Real* values) const {
     const std::size_t first = points_.begin[leaf_place];
-    const Eigen::Vector3d apart = centre_ - leaf.centre;
-    const Eigen::Matrix<Real, 3, 1> shift = apart.template cast<Real>();
-    last_.resize(padded);
-    Real* const end = values + sources_.size() * rows;
-    for (const SourceTriangle<Real>& source : sources_) {
-      // A padded column runs over into the next ones, which come after; but not into the block behind.
-      const bool is_last = values + padded > end;
-      const double nearest = (source.centroid - leaf.centre).norm() - leaf.centroid_radius;
-      const bool some_exact = nearest < rule_.exact_within * source.diameter;
-      const int exact = some_exact ? FindExact(first, rows, source) : 0;
-      if (exact < rows) {
-        const auto& rule = nearest < rule_.seven_points_within * source.diameter ? source.seven : source.three;
-        Real x[7], y[7], z[7];
-        for (int g = 0; g < rule.count; ++g) {
-          x[g] = rule.x[g] + shift.x(), y[g] = rule.y[g] + shift.y(), z[g] = rule.z[g] + shift.z();
+    const Eigen::Vector3d apart = source_->centre - leaf.centre;
+    const double nearest = (apart.norm() - leaf.centroid_radius - source_->centroid_radius) / largest_;
+    const bool seven = rule_.seven_points_within > 0.0 && nearest < rule_.seven_points_within;
+    const int which = seven ? 2 : nearest < rule_.three_points_within ? 1 : 0;
+    const Real shift[3] = {static_cast<Real>(apart.x()), static_cast<Real>(apart.y()), static_cast<Real>(apart.z())};
+    const Points& rule = rules_[which];
+    LoopsOf<Real>(kernels_).point_columns(leaf.count(), &points_.from_centre_x[first], &points_.from_centre_y[first],
+                                          &points_.from_centre_z[first], shift, source_->count(), kPointCounts[which],
+                                          rule.x.data(), rule.y.data(), rule.z.data(), rule.weight.data(), values);
+  }
+
+  // A leaf near the source, and its columns.
+  struct Target {
+    std::size_t leaf_place;
+    const Cell* leaf;
+    Real* values;
+  };
+  // What lies too near for quadrature, exactly: for each source triangle its points in all the leaves together.
+  void FillExact(std::span<const Target> targets) {
+    for (int s = 0; s < source_->count(); ++s) {
+      x_.clear(), y_.clear(), z_.clear(), to_.clear();
+      for (const Target& target : targets) {
+        const Cell& leaf = *target.leaf;
+        const Eigen::Vector3d apart = centroid_[s] - leaf.centre;
+        const double farthest = reach_[s] + leaf.centroid_radius;
+        if (apart.squaredNorm() > farthest * farthest) continue;
+        const std::size_t first = points_.begin[target.leaf_place];
+        which_.resize(Padded(leaf.count()));
+        const Real centre[3] = {static_cast<Real>(apart.x()), static_cast<Real>(apart.y()), static_cast<Real>(apart.z())};
+        const int count = LoopsOf<Real>(kernels_).within_reach(
+            leaf.count(), &points_.from_centre_x[first], &points_.from_centre_y[first], &points_.from_centre_z[first], centre,
+            static_cast<Real>(reach_[s] * reach_[s]), which_.data());
+        for (int i = 0; i < count; ++i) {
+          const std::size_t at = first + which_[i];
+          x_.push_back(points_.x[at]), y_.push_back(points_.y[at]), z_.push_back(points_.z[at]);
+          to_.push_back(target.values + static_cast<std::ptrdiff_t>(s) * leaf.count() + which_[i]);
         }
-        LoopsOf<Real>(kernels_).point_potential(padded, &points_.from_centre_x[first], &points_.from_centre_y[first],
-                                                &points_.from_centre_z[first], rule.count, x, y, z, rule.weight,
-                                                is_last ? last_.data() : values);
-        if (is_last) std::memcpy(values, last_.data(), rows * sizeof(Real));
       }
-      if (exact > 0) {
-        integral_.resize(exact);
-        kernels_.triangle_potential(source.frame, x_.data(), y_.data(), z_.data(), exact, integral_.data());
-        for (int e = 0; e < exact; ++e) values[which_[e]] = static_cast<Real>(integral_[e]);
-      }
-      values += rows;
+      integral_.resize(x_.size());
+      kernels_.triangle_potential(frames_[s], x_.data(), y_.data(), z_.data(), static_cast<int>(x_.size()), integral_.data());
+      for (std::size_t i = 0; i < to_.size(); ++i) *to_[i] = static_cast<Real>(integral_[i]);
     }
   }
 
  private:
-  // Lists the points too near for a quadrature, and counts them.
-  int FindExact(std::size_t first, int rows, const SourceTriangle<Real>& source) {
-    const double reach = rule_.exact_within * source.diameter;
-    x_.resize(rows), y_.resize(rows), z_.resize(rows), which_.resize(rows);
-    int count = 0;
-    for (int i = 0; i < rows; ++i) {
-      const double x = points_.x[first + i], y = points_.y[first + i], z = points_.z[first + i];
-      const double dx = x - source.centroid.x(), dy = y - source.centroid.y(), dz = z - source.centroid.z();
-      x_[count] = x, y_[count] = y, z_[count] = z, which_[count] = i;
-      count += dx * dx + dy * dy + dz * dz < reach * reach;
+  static constexpr int kPointCounts[3] = {1, 3, 7};
+  // A rule's points on all triangles of the leaf, seen from its centre, with their shares of the area.
+  struct Points {
+    std::vector<Real> x, y, z, weight;
+    void Add(std::span<const RulePoint> rule, const TriangleMesh& mesh, int triangle, const Eigen::Vector3d& origin,
+             double area) {
+      for (const RulePoint& point : rule) {
+        const Eigen::Vector3d place = PlaceOf(point, mesh, triangle) - origin;
+        x.push_back(static_cast<Real>(place.x())), y.push_back(static_cast<Real>(place.y()));
+        z.push_back(static_cast<Real>(place.z())), weight.push_back(static_cast<Real>(point.share * area));
+      }
     }
-    return count;
-  }
+  };
 
   const LeafPoints<Real>& points_;
   const NearRule& rule_;
   const Kernels& kernels_;
-  Eigen::Vector3d centre_;
-  std::vector<SourceTriangle<Real>> sources_;
-  std::vector<Real> last_;
+  const Cell* source_ = nullptr;
+  std::vector<TriangleFrame> frames_;
+  std::vector<Eigen::Vector3d> centroid_;
+  std::vector<double> reach_;
+  double largest_ = 0.0;  // diameter
+  std::array<Points, 3> rules_;
   std::vector<double> x_, y_, z_, integral_;
+  std::vector<Real*> to_;
   std::vector<int> which_;
 };
 
@@ -160,13 +176,17 @@ NearField<Real>::NearField(const TriangleMesh& mesh, const Panels& panels, const
   const LeafPoints<Real> points(tree, panels);
   ParallelFor((static_cast<std::ptrdiff_t>(leaves) + kSources - 1) / kSources, threads, 1, [&](std::ptrdiff_t task) {
     ColumnFiller<Real> filler(points, rule, kernels);
+    std::vector<typename ColumnFiller<Real>::Target> targets;
     const std::size_t end = std::min<std::size_t>(leaves, (task + 1) * kSources);
     for (std::size_t source = task * kSources; source < end; ++source) {
       filler.SetSource(mesh, panels, tree, tree.cells[tree.leaves[source]]);
+      targets.clear();
       for (std::size_t i = begin[source]; i < begin[source + 1]; ++i) {
         const auto& [target, pair] = by_source[i];
-        filler.Fill(target, tree.cells[tree.leaves[target]], &values_[block_begin_[pair]]);
+        targets.push_back({static_cast<std::size_t>(target), &tree.cells[tree.leaves[target]], &values_[block_begin_[pair]]});
+        filler.Fill(targets.back().leaf_place, *targets.back().leaf, targets.back().values);
       }
+      filler.FillExact(targets);
     }
   });
 }

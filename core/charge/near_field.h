@@ -12,11 +12,12 @@
 
 namespace geond::charge {
 
-// How the integral over a near triangle is taken, by the distance of its centroid in its diameters: exactly, then by seven
-// points, then by three.
+// How the integral over a near triangle is taken, by distance in diameters: exactly, triangle by triangle; then, leaf by
+// leaf, by seven points, by three, and by the centroid alone.
 struct NearRule {
   double exact_within = 1.2;
-  double seven_points_within = 3.0;
+  double seven_points_within = 1.0;
+  double three_points_within = 4.0;
 };
 
 // The matrix of the near pairs, held: for each leaf the columns of all its near triangles, one after another without gaps.

@@ -11,7 +11,8 @@ namespace geond::charge {
 // A point of a rule for triangles: weights of the three corners, and its share of the area.
 struct RulePoint { double a, b, c, share; };
 
-// Exact for polynomials of degree 2, and of degree 5 (Radon 1948).
+// Exact for polynomials of degree 1, 2, and 5 (Radon 1948).
+inline constexpr std::array<RulePoint, 1> kOnePoint = {{{1. / 3, 1. / 3, 1. / 3, 1.}}};
 inline constexpr std::array<RulePoint, 3> kThreePoints = {{{2. / 3, 1. / 6, 1. / 6, 1. / 3},
                                                            {1. / 6, 2. / 3, 1. / 6, 1. / 3},
                                                            {1. / 6, 1. / 6, 2. / 3, 1. / 3}}};
@@ -30,22 +31,5 @@ inline Eigen::Vector3d PlaceOf(const RulePoint& point, const TriangleMesh& mesh,
   const auto& [a, b, c] = mesh.triangles[triangle];
   return point.a * mesh.vertices[a] + point.b * mesh.vertices[b] + point.c * mesh.vertices[c];
 }
-
-// A rule's points on a triangle, seen from `origin`, m, with their shares of the area, m^2.
-template <typename Real, int kMost>
-struct TrianglePoints {
-  int count = 0;
-  Real x[kMost], y[kMost], z[kMost], weight[kMost];
-
-  TrianglePoints(std::span<const RulePoint> rule, const TriangleMesh& mesh, int triangle, const Eigen::Vector3d& origin,
-                 double area)
-      : count(static_cast<int>(rule.size())) {
-    for (int g = 0; g < count; ++g) {
-      const Eigen::Vector3d place = PlaceOf(rule[g], mesh, triangle) - origin;
-      x[g] = static_cast<Real>(place.x()), y[g] = static_cast<Real>(place.y()), z[g] = static_cast<Real>(place.z());
-      weight[g] = static_cast<Real>(rule[g].share * area);
-    }
-  }
-};
 
 }  // namespace geond::charge

@@ -46,12 +46,14 @@ CommandResult Contour(const ContourArguments& arguments, const CommandContext& c
   for (double& density : charge.density) density *= 1e-3;  // 1/m to 1/mm
   for (double& density : charge.segment_density) density *= 1e-3;
   const auto [least, greatest] = std::minmax_element(charge.density.begin(), charge.density.end());
+  const std::size_t n = charge.density.size();
   CommandResult result;
-  result.text = Format("%zu corners, density %.4g to %.4g /mm%s", polygon.size(), *least, *greatest,
+  result.text = Format("%zu corners, density %.4g to %.4g /mm%s", n, *least, *greatest,
                        charge.summary.converged ? "" : ("; NOT CONVERGED: " + charge.summary.message).c_str());
-  result.json = {{"n", polygon.size()},
+  result.json = {{"n", n},
                  {"converged", charge.summary.converged},
                  {"residual", charge.summary.residual},
+                 {"error_estimate", charge.error_estimate},
                  {"seconds", charge.summary.seconds},
                  {"density", std::move(charge.density)},
                  {"segment_density", std::move(charge.segment_density)}};

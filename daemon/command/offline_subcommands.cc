@@ -118,6 +118,8 @@ void AddCharge(CLI::App& app, ChosenCommand& chosen) {
   command->add_option("MESH", arguments->input, "Mesh file")->required();
   command->add_option("-o,--output", arguments->output, "PLY with the density as a property of its faces");
   AddSolver(command, arguments->options);
+  command->add_flag("--one-sign", arguments->options.one_sign,
+                    "Make densities 0 that come out negative beside creases; their neighbours bear them");
   AddUnit(command, arguments->unit);
   AddThreads(command, arguments->options.threads);
 }

@@ -200,6 +200,11 @@ TEST(SolveChargeDensity, FastDiffersFromExactByLessThanTheTolerance) {
     const auto [rms, largest] = Difference(mesh, fast, exact);
     EXPECT_LT(rms, 5e-4) << mesh.triangles.size();
     EXPECT_LT(largest, 5e-3) << mesh.triangles.size();
+    EXPECT_GT(fast.error_estimate, 0.0);
+    EXPECT_LE(fast.error_estimate, 5e-4);
+    EXPECT_GT(fast.near_pairs, mesh.triangles.size());
+    EXPECT_GT(fast.seconds.near, 0.0);
+    EXPECT_GT(fast.seconds.products, 0.0);
   }
 }
 
@@ -229,6 +234,25 @@ TEST(SolveChargeDensity, ChoosesTheSolverByItselfAndSaysWhatAnOtherCannotDo) {
   EXPECT_THROW(SolveChargeDensity(shapes::Cube(71), Exact()), std::invalid_argument);
 }
 
+TEST(SolveChargeDensity, HasOneSignWhenAsked) {
+  // A slab stands on a plate: in the corners between them collocation on uneven triangles overshoots.
+  TriangleMesh mesh = shapes::Cube(9);
+  TriangleMesh plate = shapes::Cube(7, 1.7);
+  for (Vector3d& v : plate.vertices) v = Vector3d(4.0 * v.x() - 1.6, 4.0 * v.y() - 1.7, 0.2 * v.z() - 0.2005);
+  mesh = shapes::Merged(mesh, plate);
+  ChargeOptions one_sign = Exact();
+  one_sign.one_sign = true;
+  const ChargeDensity plain = SolveChargeDensity(mesh, Exact()), charge = SolveChargeDensity(mesh, one_sign);
+  ASSERT_GT(plain.negative, 0u);
+  EXPECT_EQ(charge.negative, plain.negative);
+  EXPECT_LT(*std::min_element(plain.density.begin(), plain.density.end()), 0.0);
+  EXPECT_GE(*std::min_element(charge.density.begin(), charge.density.end()), 0.0);
+  EXPECT_NEAR(Charge(mesh, charge), 1.0, 1e-12);
+  EXPECT_EQ(charge.capacitance, plain.capacitance);
+  const auto [rms, largest] = Difference(mesh, charge, plain);
+  EXPECT_LT(rms, 0.1);
+}
+
 TEST(SolveChargeDensity, SolvesOpenSheetsAndEdgesOfThreeTriangles) {
   TriangleMesh fins;
   fins.vertices = {{0, 0, 0}, {0, 0, 1}, {1, 0, 0}, {0, 1, 0}, {-1, -1, 0}};
@@ -236,6 +260,50 @@ TEST(SolveChargeDensity, SolvesOpenSheetsAndEdgesOfThreeTriangles) {
   const ChargeDensity charge = SolveChargeDensity(fins, Exact());
   EXPECT_TRUE(charge.summary.converged);
   for (double density : charge.density) EXPECT_GT(density, 0.0);
+}
+
+TriangleMesh Moved(TriangleMesh mesh, const Vector3d& by) {
+  for (Vector3d& v : mesh.vertices) v += by;
+  return mesh;
+}
+
+// Every solver comes to an end with finite numbers whose charge is one.
+TEST(SolveChargeDensity, SolvesMeshesThatAreNoProperSurface) {
+  TriangleMesh open = shapes::Cube(6);
+  open.triangles.resize(open.triangles.size() / 2);
+  TriangleMesh fins = shapes::Sphere(2);
+  fins.vertices.emplace_back(2.0, 0.0, 0.0);
+  const int apex = static_cast<int>(fins.vertices.size()) - 1;
+  for (int t = 0; t < 20; ++t) fins.triangles.push_back({fins.triangles[t][0], fins.triangles[t][1], apex});  // three at an edge
+  TriangleMesh inverted = shapes::Sphere(2);
+  for (auto& t : inverted.triangles) std::swap(t[0], t[1]);
+  TriangleMesh needle = shapes::Sphere(2);
+  needle.vertices.insert(needle.vertices.end(), {{3, 0, 0}, {4, 0, 0}, {3.5, 1e-5, 0}});
+  const int n = static_cast<int>(needle.vertices.size());
+  needle.triangles.push_back({n - 3, n - 2, n - 1});
+  const std::pair<const char*, TriangleMesh> meshes[] = {
+      {"open", open},
+      {"three triangles at an edge", fins},
+      {"inside out", inverted},
+      {"a needle", needle},
+      {"two shells apart", shapes::Merged(shapes::Sphere(2), Moved(shapes::Sphere(2), {5, 0, 0}))},
+      {"one shell in another", shapes::Merged(shapes::Sphere(2), shapes::Ellipsoid(2, 0.5, 0.4, 0.3))},
+      {"shells that cross", shapes::Merged(shapes::Sphere(2), Moved(shapes::Cube(6), {0.2, 0.1, 0.3}))},
+      {"cubes that touch in a corner", shapes::Merged(shapes::Cube(6), Moved(shapes::Cube(6), {1, 1, 1}))},
+      {"cubes that touch in an edge", shapes::Merged(shapes::Cube(6), Moved(shapes::Cube(6), {1, 1, 0.1}))},
+      {"cubes that share part of a face", shapes::Merged(shapes::Cube(6), Moved(shapes::Cube(6), {1, 0.31, 0.23}))},
+      {"a sheet over another", shapes::Merged(open, Moved(open, {0, 0, 0.02}))},
+  };
+  for (const auto& [name, mesh] : meshes) {
+    for (ChargeOptions options : {Exact(), Fast(5e-4)}) {
+      options.one_sign = true;
+      const ChargeDensity charge = SolveChargeDensity(mesh, options);
+      EXPECT_TRUE(std::isfinite(charge.capacitance) && charge.capacitance > 0.0) << name;
+      for (double density : charge.density) ASSERT_TRUE(std::isfinite(density) && density >= 0.0) << name;
+      EXPECT_NEAR(Charge(mesh, charge), 1.0, 1e-9) << name;
+      EXPECT_TRUE(charge.summary.converged) << name << ": " << charge.summary.message;
+    }
+  }
 }
 
 std::string Refusal(const TriangleMesh& mesh) {
