@@ -131,7 +131,7 @@ Experiment BananaTable(const Run& run) {
       "200 mm, bends 57 to 109 degrees; none is a geon), four views from 600 mm with 0.3 mm of noise, the underside unseen, thinned "
       "to 400 points. Residuals over the least of the same banana. Repaired: annealing with the printed settings, one run a model. "
       "For Fig. 6.21 the normals are left out: gamma t1 annealed, and t1 by the default search.";
-  const int count = run.quick ? 3 : 11;
+  const int count = run.quick ? 2 : 11;
   const std::vector<sim::Scene> bananas = Bananas(count);
   std::vector<Ratios> annealed, today, annealed_distance, today_distance;
   int right_annealed = 0, right_today = 0, right_annealed_distance = 0, right_today_distance = 0;
@@ -189,7 +189,7 @@ Experiment BananaViews(const Run& run) {
       "The same eleven bananas, each seen from one side, four times (44 data sets), and a curved tube, a perfect curved cylinder, seen "
       "four times. Fig. 6.24 compares how much the fitted sizes and bend of one object differ from view to view: the coefficient of "
       "variation (standard deviation over mean), the bananas' averaged.";
-  const int count = run.quick ? 2 : 11;
+  const int count = run.quick ? 1 : 11;
   std::vector<sim::Scene> objects = Bananas(count);
   objects.push_back(Tube());
   std::vector<Ratios> annealed, today;

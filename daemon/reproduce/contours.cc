@@ -206,7 +206,9 @@ Experiment Cycloids(const Run& run) {
     for (double& v : r) v /= m;
     return r;
   };
-  e.outlines = {{"Hypocycloid, four sharp convexities", "density / mean", out.polygon, relative(out_charge.density, MeanDensity(out.polygon)), {}, {}},
+  std::vector<double> up_to_four = relative(out_charge.density, MeanDensity(out.polygon));
+  for (double& v : up_to_four) v = std::min(v, 4.0);  // so that colours tell the rest apart
+  e.outlines = {{"Hypocycloid, four sharp convexities (colours up to 4)", "density / mean", out.polygon, up_to_four, {}, {}},
                 {"Epicycloid, five sharp concavities", "density / mean", in.polygon, relative(in_charge.density, MeanDensity(in.polygon)), {}, {}}};
   Plot plot{"Charge density along the contours", {"length along the contour, %", false, 0, 100}, {"density / mean of the contour", false, 0, 4}, {}};
   plot.series = {{"hypocycloid", ArcShare(out.polygon), relative(out_charge.density, MeanDensity(out.polygon))},

@@ -111,7 +111,7 @@ Experiment InvisibleSide(const Run& run) {
     run.Progress("figure_c_3", static_cast<int>(k) + 1, 4);
     ViewMeshOptions mesh_options;
     mesh_options.psi = 0.01 * psis[k];
-    mesh_options.step = run.quick ? 6 : 4;
+    mesh_options.step = run.quick ? 2 : 4;
     const TriangleMesh mesh = TessellateView(view, mesh_options);
     ChargeOptions exact;
     exact.solver = ChargeOptions::Solver::kDense;
@@ -132,7 +132,7 @@ Experiment InvisibleSide(const Run& run) {
     picture.panels = {Panel::kCharge};
     picture.columns = 330;
     picture.rows = 400;
-    picture.azimuth = 0.0;
+    picture.azimuth = std::atan2(view.X_TS.translation().y(), view.X_TS.translation().x());
     picture.elevation = settings.elevation;
     picture.threads = run.threads;
     e.pictures.push_back({Text("psi = %d %%, %zu triangles in all, %zu seen", psis[k], mesh.triangles.size(), patch.triangles.size()),

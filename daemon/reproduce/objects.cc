@@ -109,9 +109,9 @@ sim::Scene Owl() {
 
 sim::Scene Clock() {
   // A drum that faces the sensor, with two balls on its rim.
-  return MakeScene("clock", {{"drum", MakeGeon(GeonType::kCylinder, {50, 50, 22}, {0, 0, 0}, {0, 90, 0})},
-                             {"left bell", MakeGeon(GeonType::kEllipsoid, {19, 19, 19}, {0, 40, 50})},
-                             {"right bell", MakeGeon(GeonType::kEllipsoid, {19, 19, 19}, {0, -40, 50})}});
+  return MakeScene("clock", {{"drum", MakeGeon(GeonType::kCylinder, {50, 50, 22}, {0, 0, 0}, {90, 0, 0})},
+                             {"left bell", MakeGeon(GeonType::kEllipsoid, {19, 19, 19}, {40, 0, 50})},
+                             {"right bell", MakeGeon(GeonType::kEllipsoid, {19, 19, 19}, {-40, 0, 50})}});
 }
 
 sim::Scene Elephant() {

@@ -18,7 +18,7 @@ h1{line-height:1.2}h2{margin-top:2.4em;border-top:1px solid #ccc;padding-top:1em
 table{border-collapse:collapse;margin:1em 0;font-size:14px;font-variant-numeric:tabular-nums}
 caption{text-align:left;font-weight:600;padding:.2em 0}th,td{padding:.22em .7em;border-bottom:1px solid #ddd;text-align:right}
 th:first-child,td:first-child{text-align:left}thead th{border-bottom:2px solid #888}
-figure{display:inline-block;margin:.6em 1em .6em 0;vertical-align:top}figcaption{font-size:14px;color:#444;max-width:44em}
+figure{display:inline-block;max-width:100%;margin:.6em 1em .6em 0;vertical-align:top}figcaption{font-size:14px;color:#444;max-width:44em}
 img,svg{max-width:100%;height:auto}.judgement{border-left:4px solid #0072b2;padding:.3em .9em;background:#f2f7fb}
 .met{color:#00694c}.missed{color:#b03a00;font-weight:600}.small{font-size:14px;color:#555}
 )";
@@ -91,7 +91,7 @@ std::string ExperimentHtml(const Experiment& e) {
   for (const Plot& plot : e.plots) html += "<figure>" + ToSvg(plot) + "</figure>\n";
   for (const Outline& outline : e.outlines) html += "<figure>" + ToSvg(outline) + "</figure>\n";
   for (const Picture& picture : e.pictures) {
-    html += Text("<figure><img width=\"%d\" height=\"%d\" alt=\"", picture.image.columns, picture.image.rows) +
+    html += Text("<figure style=\"width:%dpx\"><img width=\"%d\" height=\"%d\" alt=\"", picture.image.columns, picture.image.columns, picture.image.rows) +
             Escaped(picture.caption) + "\" src=\"data:image/png;base64," + Base64(EncodePng(picture.image)) +
             "\"><figcaption>" + Escaped(picture.caption) + "</figcaption></figure>\n";
   }

@@ -27,6 +27,7 @@ std::vector<RangeView> ScanViews(const sim::Scene& scene, const ScanSettings& se
   options.elevation = settings.elevation;
   options.distance = settings.distance;
   options.depth_noise = settings.noise;
+  options.columns = options.rows = run.quick ? 160 : 320;
   options.seed = settings.seed;
   options.threads = run.threads;
   std::vector<RangeView> views = calib::MakeViews(sim::SimulateScan(scene, options, run.stop), {}, run.threads);
@@ -72,6 +73,7 @@ Image FitPicture(const Geon& geon, const PointCloud& cloud, const Run& run) {
   Scene scene;
   CloudStyle dots;
   dots.color = {0.10f, 0.25f, 0.45f};
+  dots.radius = 0.012 * geon.size.maxCoeff();
   scene.Add(cloud, dots);
   MeshStyle style;
   style.color = {0.93f, 0.78f, 0.55f};

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Figs. 6.10 to 6.16: charge on solid objects and the parts it cuts.
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <numeric>
 
@@ -25,6 +26,7 @@ struct Cut {
   std::vector<double> density;
   std::vector<int> truth, today, repaired;
   int parts_today = 0, parts_repaired = 0;
+  double azimuth = 0.5, elevation = 0.3;  // rad, to look from
 };
 
 // Mean density beside the borders between true parts, over the mean of the whole, by area.
@@ -45,15 +47,16 @@ double SeamOverMean(const Cut& cut) {
 Cut CutSolid(const Solid& solid, int triangles, const Run& run) {
   Cut cut;
   TriangleMesh closed;
-  Pose X_TS;
   if (solid.one_view) {
     ScanSettings settings;
     settings.views = 1;
     settings.elevation = 0.25;
     const RangeView view = ScanViews(solid.scene, settings, run).front();
     ViewMeshOptions options;
-    options.step = run.quick ? 5 : 3;
+    options.step = run.quick ? 2 : 4;
     closed = Transform(view.X_TS, TessellateView(view, options));
+    cut.azimuth = std::atan2(view.X_TS.translation().y(), view.X_TS.translation().x());  // where the sensor stood
+    cut.elevation = settings.elevation;
   } else {
     closed = MeshOfUnion(solid.scene, triangles, run.threads, run.stop).mesh;
   }
@@ -122,16 +125,16 @@ int ProtrusionsAbove(const Cut& cut, double limit, int first_protrusion, std::ve
   return static_cast<int>(std::count(found.begin(), found.end(), true));
 }
 
-Image Show(const TriangleMesh& mesh, const std::vector<double>& charge, const std::vector<int>& labels, bool one_view, const Run& run) {
+Image Show(const Cut& cut, bool with_charge, const std::vector<int>& labels, const Run& run) {
   ObjectPictureData data;
-  data.mesh = mesh;
-  data.charge = charge;
+  data.mesh = cut.mesh;
+  if (with_charge) data.charge = cut.density;
   data.labels = labels;
   ObjectPictureOptions picture;
-  picture.columns = charge.empty() ? 420 : 840;
+  picture.columns = with_charge ? 840 : 420;
   picture.rows = 400;
-  picture.azimuth = one_view ? 0.0 : 0.5;
-  picture.elevation = one_view ? 0.25 : 0.3;
+  picture.azimuth = cut.azimuth;
+  picture.elevation = cut.elevation;
   picture.threads = run.threads;
   return ObjectPicture(data, picture);
 }
@@ -153,7 +156,7 @@ Experiment SolidObjects(const Run& run) {
   int right_today = 0, right_repaired = 0, done = 0;
   for (const Solid& solid : solids) {
     run.Progress("figure_6_15", done++, static_cast<int>(solids.size()));
-    const Cut cut = CutSolid(solid, solid.name == "elephant" ? 4000 : run.quick ? 1000 : 2000, run);
+    const Cut cut = CutSolid(solid, solid.name == "elephant" ? 3000 : run.quick ? 1000 : 2000, run);
     const auto n_true = static_cast<int>(solid.scene.parts.size());
     const double rand_repaired = RandIndex(cut.mesh, cut.repaired, cut.truth), rand_today = RandIndex(cut.mesh, cut.today, cut.truth);
     const double seam = SeamOverMean(cut);
@@ -164,8 +167,8 @@ Experiment SolidObjects(const Run& run) {
                          1.0 * cut.parts_repaired, 1.0 * cut.parts_today, Better::kSame, 0, 0, {}});
     e.figures.push_back({solid.name + "_rand", solid.name + ": Rand index of the parts", "", {}, rand_repaired, rand_today, Better::kMore, 0, 0.02, {}});
     e.pictures.push_back({Text("Fig. %s, %s: %zu triangles by charge density; parts today", solid.figure.c_str(), solid.name.c_str(), cut.mesh.triangles.size()),
-                          Show(cut.mesh, cut.density, cut.today, solid.one_view, run)});
-    e.pictures.push_back({solid.name + ": parts traced by the thesis' algorithm, repaired", Show(cut.mesh, {}, cut.repaired, solid.one_view, run)});
+                          Show(cut, true, cut.today, run)});
+    e.pictures.push_back({solid.name + ": parts traced by the thesis' algorithm, repaired", Show(cut, false, cut.repaired, run)});
     if (solid.name != "elephant") continue;
     constexpr int kFirstProtrusion = 2;  // body and head stand out of nothing
     int most = 0;
@@ -177,7 +180,7 @@ Experiment SolidObjects(const Run& run) {
     }
     e.figures.push_back({"elephant_threshold", Text("elephant: protrusions found by the best threshold (%.1f times the median), of %d", best_limit, n_true - kFirstProtrusion),
                          "", 1.0 * (n_true - kFirstProtrusion), 1.0 * most, {}, Better::kMore, 0, 1, {}});
-    e.pictures.push_back({Text("Fig. 6.16 b: the elephant's triangles above %.1f times the median charge", best_limit), Show(cut.mesh, {}, best_labels, false, run)});
+    e.pictures.push_back({Text("Fig. 6.16 b: the elephant's triangles above %.1f times the median charge", best_limit), Show(cut, false, best_labels, run)});
   }
   e.judgement = Text(
       "Charge marks the seams as printed. Tracing, even with the repairs it needs to run, gives the right number of parts on %d of %zu "
