@@ -2,8 +2,10 @@
 #include "core/object_model.h"
 
 #include <chrono>
+#include <functional>
 #include <stdexcept>
 
+#include "core/empty_places.h"
 #include "core/geometry/cloud_normals.h"
 #include "core/geometry/sample_mesh.h"
 #include "core/geometry/stray_points.h"
@@ -54,17 +56,22 @@ class Steps {
   Clock::time_point begin_;
 };
 
+// Places about a part of which it is known that they are empty.
+using FindEmpty = std::function<std::vector<Eigen::Vector3d>(const PointCloud& part)>;
+
 // The steps that every kind of input shares, from a closed mesh and its data to the description.
-void DescribeSurface(ObjectModel& model, const ModelOptions& options, Steps& step) {
+void DescribeSurface(ObjectModel& model, const ModelOptions& options, const FindEmpty& find_empty, Steps& step) {
   step("charge");
   model.charge = SolveChargeDensity(model.mesh, options.charge, step.stop());
   step("segment");
   model.segmentation = SegmentParts(model.mesh, model.charge, options.segment, step.stop());
   step("fit");
   model.part_clouds = PartClouds(model.cloud, model.mesh, model.segmentation);
+  const std::vector<std::vector<Eigen::Vector3d>> cuts = PartCuts(model.mesh, model.segmentation);
   for (int part = 0; part < model.segmentation.n_parts; ++part) {
     step.Progress(part, model.segmentation.n_parts);
-    model.fits.push_back(FitPart(model.part_clouds[part], options.fit, step.stop()));
+    const PointCloud& cloud = model.part_clouds[part];
+    model.fits.push_back(FitPart(cloud, {find_empty(cloud), cuts[part]}, options.fit, step.stop()));
   }
   step("describe");
   model.description = DescribeParts(model.mesh, model.segmentation, model.part_clouds, model.fits);
@@ -76,7 +83,7 @@ void DescribeOnePart(ObjectModel& model, const ModelOptions& options, Steps& ste
   model.segmentation.n_parts = 1;
   model.segmentation.significance = {1.0};
   model.part_clouds = {model.cloud};
-  model.fits = {FitPart(model.cloud, options.fit, step.stop())};
+  model.fits = {FitPart(model.cloud, {}, options.fit, step.stop())};
   if (model.fits[0].empty()) throw std::invalid_argument("too few points with normals to fit a shape to");
   step("describe");
   model.description = DescribeParts(model.mesh, model.segmentation, model.part_clouds, model.fits);
@@ -103,7 +110,8 @@ ObjectModel BuildObjectModel(std::span<const RangeView> views, const ModelOption
   step("tessellate");
   model.mesh = views.size() == 1 ? Transform(views[0].X_TS, TessellateView(views[0]))
                                  : Tessellate(views, model.cloud, options.tessellate, stop);
-  DescribeSurface(model, options, step);
+  const bool on_table = options.tessellate.close_on_table;
+  DescribeSurface(model, options, [&](const PointCloud& part) { return EmptyPlaces(views, on_table, part); }, step);
   Finish(model, step, {});
   return model;
 }
@@ -125,7 +133,8 @@ ObjectModel BuildObjectModel(const PointCloud& cloud, const ModelOptions& option
   if (model.mesh.empty()) {
     DescribeOnePart(model, options, step);
   } else {
-    DescribeSurface(model, options, step);
+    // The mesh is a guess where there were no points: it does not say what is empty.
+    DescribeSurface(model, options, [](const PointCloud&) { return std::vector<Eigen::Vector3d>(); }, step);
   }
   Finish(model, step, notes);
   return model;
@@ -149,7 +158,10 @@ ObjectModel BuildObjectModel(const TriangleMesh& mesh, const ModelOptions& optio
     notes.push_back("the mesh was not closed and manifold; its closed hull by winding number was described");
   }
   model.cloud = SampleMesh(sound ? mesh : model.mesh, kMeshSamples, /*only_seen=*/true);
-  DescribeSurface(model, options, step);
+  const auto find_empty = [&](const PointCloud& part) {
+    return sound ? EmptyPlaces(mesh, part) : std::vector<Eigen::Vector3d>();
+  };
+  DescribeSurface(model, options, find_empty, step);
   Finish(model, step, notes);
   return model;
 }

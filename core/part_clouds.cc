@@ -10,20 +10,6 @@ constexpr int kFewestPoints = 30;
 // A part keeps the points beside its cuts if without them less than this share is left.
 constexpr double kLeastShare = 0.5;
 
-// The middles of the edges between triangles of different labels.
-std::vector<Eigen::Vector3d> CutPoints(const TriangleMesh& mesh, const std::vector<int>& labels) {
-  std::vector<Eigen::Vector3d> points;
-  const std::vector<std::array<int, 3>> neighbors = TriangleNeighbors(mesh);
-  for (std::size_t t = 0; t < labels.size(); ++t) {
-    for (int side = 0; side < 3; ++side) {
-      const int other = neighbors[t][side];
-      if (other < 0 || labels[t] >= labels[other]) continue;
-      points.push_back(0.5 * (mesh.vertices[mesh.triangles[t][side]] + mesh.vertices[mesh.triangles[t][(side + 1) % 3]]));
-    }
-  }
-  return points;
-}
-
 }  // namespace
 
 std::vector<PointCloud> PartClouds(const PointCloud& cloud, const TriangleMesh& mesh,
@@ -31,7 +17,8 @@ std::vector<PointCloud> PartClouds(const PointCloud& cloud, const TriangleMesh& 
   std::vector<Eigen::Vector3d> centroids(mesh.triangles.size());
   for (std::size_t t = 0; t < centroids.size(); ++t) centroids[t] = TriangleCentroid(mesh, static_cast<int>(t));
   const PointIndex triangles(centroids);
-  const std::vector<Eigen::Vector3d> cut = CutPoints(mesh, segmentation.labels);
+  std::vector<Eigen::Vector3d> cut;
+  for (const auto& places : PartCuts(mesh, segmentation)) cut.insert(cut.end(), places.begin(), places.end());
   const PointIndex cuts(cut);
   const double band = MeanEdgeLength(mesh);
 
@@ -57,9 +44,24 @@ std::vector<PointCloud> PartClouds(const PointCloud& cloud, const TriangleMesh& 
   return parts;
 }
 
-std::vector<GeonFit> FitPart(const PointCloud& part, const FitOptions& options, std::stop_token stop) {
+std::vector<std::vector<Eigen::Vector3d>> PartCuts(const TriangleMesh& mesh, const PartSegmentation& segmentation) {
+  std::vector<std::vector<Eigen::Vector3d>> cuts(segmentation.n_parts);
+  const std::vector<std::array<int, 3>> neighbors = TriangleNeighbors(mesh);
+  const std::vector<int>& labels = segmentation.labels;
+  for (std::size_t t = 0; t < labels.size(); ++t) {
+    for (int side = 0; side < 3; ++side) {
+      const int other = neighbors[t][side];
+      if (labels[t] < 0 || other < 0 || labels[t] == labels[other]) continue;
+      cuts[labels[t]].push_back(0.5 * (mesh.vertices[mesh.triangles[t][side]] + mesh.vertices[mesh.triangles[t][(side + 1) % 3]]));
+    }
+  }
+  return cuts;
+}
+
+std::vector<GeonFit> FitPart(const PointCloud& part, const Surroundings& around, const FitOptions& options,
+                             std::stop_token stop) {
   if (static_cast<int>(part.size()) < kFewestPoints || !part.has_normals()) return {};
-  return FitGeons(part, options, stop);
+  return FitGeons(part, options, stop, {}, around);
 }
 
 }  // namespace geond

@@ -16,7 +16,11 @@ namespace geond {
 std::vector<PointCloud> PartClouds(const PointCloud& cloud, const TriangleMesh& mesh,
                                    const PartSegmentation& segmentation);
 
+// The places where each part is cut from its neighbours: the middles of the triangles' sides between them.
+std::vector<std::vector<Eigen::Vector3d>> PartCuts(const TriangleMesh& mesh, const PartSegmentation& segmentation);
+
 // FitGeons, or no fits at all if there are too few data.
-std::vector<GeonFit> FitPart(const PointCloud& part, const FitOptions& options, std::stop_token stop);
+std::vector<GeonFit> FitPart(const PointCloud& part, const Surroundings& around, const FitOptions& options,
+                             std::stop_token stop);
 
 }  // namespace geond

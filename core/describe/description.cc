@@ -7,6 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "core/describe/fit_json.h"
 #include "core/describe/relations.h"
 
 namespace geond {
@@ -20,25 +21,10 @@ constexpr double kPoorFit = 0.03;
 
 Json ToArray(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
-// Numbers that are not finite have no form in JSON.
-Json FiniteOrNull(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
-
 Json PoseToJson(const Pose& X_TG) {
   const Eigen::Quaterniond& q = X_TG.rotation();
   return {{"position_mm", ToArray(X_TG.translation() * kMillimetres)},
           {"quaternion", {{"w", q.w()}, {"x", q.x()}, {"y", q.y()}, {"z", q.z()}}}};
-}
-
-// Standard deviations of the reported parameters; null where the data do not say.
-Json DeviationToJson(const std::vector<double>& deviation) {
-  const auto some = [&](std::size_t from, std::size_t count, double factor) {
-    Json values = Json::array();
-    for (std::size_t i = from; i < from + count; ++i) values.push_back(FiniteOrNull(deviation[i] * factor));
-    return values;
-  };
-  return {{"position_mm", some(0, 3, kMillimetres)}, {"rotation_rad", some(3, 3, 1.0)},
-          {"size_mm", some(6, 3, kMillimetres)},     {"taper", some(9, 2, 1.0)},
-          {"bend_per_mm", FiniteOrNull(deviation[11] / kMillimetres)}};
 }
 
 Json PartToJson(const DescribedPart& part) {
@@ -54,6 +40,8 @@ Json PartToJson(const DescribedPart& part) {
             {"type_index", static_cast<int>(fit.geon.type)},
             {"pose", PoseToJson(fit.geon.X_TG)},
             {"size_mm", ToArray(fit.geon.size * kMillimetres)},
+            {"size_at_least", SizesAtLeast(fit)},
+            {"ends", EndsToJson(fit)},
             {"taper", {fit.geon.taper.x(), fit.geon.taper.y()}},
             {"bend_per_mm", fit.geon.bend / kMillimetres},
             {"residual_mm", fit.residual * kMillimetres},
@@ -65,7 +53,7 @@ Json PartToJson(const DescribedPart& part) {
             {"area_mm2", part.area * kMillimetres * kMillimetres},
             {"significance", part.significance},
             {"all_models", models}};
-  if (fit.deviation.size() == 12) json["deviation"] = DeviationToJson(fit.deviation);
+  if (fit.deviation.size() == 12) json["deviation"] = DeviationToJson(fit);
   return json;
 }
 
@@ -92,6 +80,15 @@ std::string Format(const char* format, Values... values) {
 }
 
 }  // namespace
+
+std::string SizesInWords(const GeonFit& fit, int digits) {
+  const std::array<bool, 3> least = SizesAtLeast(fit);
+  std::string text;
+  for (int k = 0; k < 3; ++k) {
+    text += Format("%s%s%.*f", k == 0 ? "" : " x ", least[k] ? "at least " : "", digits, kMillimetres * fit.geon.size[k]);
+  }
+  return text;
+}
 
 ObjectDescription DescribeParts(const TriangleMesh& mesh, const PartSegmentation& segmentation,
                                 const std::vector<PointCloud>& part_clouds,
@@ -141,9 +138,9 @@ std::string ToText(const ObjectDescription& description) {
   std::string text = Format("%zu part%s\n", n, n == 1 ? "" : "s");
   for (const DescribedPart& part : description.parts) {
     const GeonFit& fit = part.fits.front();
-    const Eigen::Vector3d size = fit.geon.size * kMillimetres, at = fit.geon.X_TG.translation() * kMillimetres;
-    text += Format("  %d  %-16s  half sizes %.1f x %.1f x %.1f mm", part.id,
-                   std::string(GeonTypeName(fit.geon.type)).c_str(), size.x(), size.y(), size.z());
+    const Eigen::Vector3d at = fit.geon.X_TG.translation() * kMillimetres;
+    text += Format("  %d  %-16s  half sizes %s mm", part.id, std::string(GeonTypeName(fit.geon.type)).c_str(),
+                   SizesInWords(fit, 1).c_str());
     if (IsTapered(fit.geon.type)) text += Format(", taper %.2f %.2f", fit.geon.taper.x(), fit.geon.taper.y());
     if (IsCurved(fit.geon.type)) text += Format(", bend radius %.1f mm", kMillimetres / fit.geon.bend);
     text += Format(", at (%.1f %.1f %.1f) mm, residual %.2f mm, confidence %.2f\n", at.x(), at.y(), at.z(),

@@ -48,6 +48,9 @@ ObjectDescription DescribeParts(const TriangleMesh& mesh, const PartSegmentation
                                 const std::vector<PointCloud>& part_clouds,
                                 const std::vector<std::vector<GeonFit>>& fits);
 
+// "30.0 x 30.0 x at least 12.5": half sizes in mm with `digits` behind the point, with "at least" where an end is hidden.
+std::string SizesInWords(const GeonFit& fit, int digits);
+
 // The JSON of `geon describe --json` on one line: lengths in mm, quaternion w first, version.
 std::string ToJson(const ObjectDescription& description);
 // For a person: one line a part, one a relation.

@@ -363,11 +363,15 @@ std::string PlyText(const TriangleMesh& mesh, const std::map<std::string, std::v
 std::string PlyText(const PointCloud& cloud) {
   std::string text = PlyHeader(kPositionProperties, cloud.size());
   if (cloud.has_normals()) text += kNormalProperties;
+  const bool has_views = !cloud.empty() && cloud.views.size() == cloud.size();
+  if (has_views) text += "property int view\n";
   text += "end_header\n";
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     for (double c : cloud.points[i]) AppendLittleEndian(text, c);
-    if (!cloud.has_normals()) continue;
-    for (double c : cloud.normals[i]) AppendLittleEndian(text, c);
+    if (cloud.has_normals()) {
+      for (double c : cloud.normals[i]) AppendLittleEndian(text, c);
+    }
+    if (has_views) AppendLittleEndian(text, static_cast<std::uint32_t>(cloud.views[i]));
   }
   return text;
 }

@@ -44,7 +44,7 @@ RefineResult AnnealType(GeonType type, const FitData& data, double lambda, std::
   const auto objective = [&](std::span<const double> p) {
     const GeonState s = AnnealedState(type, p);
     const MisfitSums sums = SumMisfit(s, data.all);
-    return (sums.distance + lambda * s.gamma() * sums.normal) / sums.weight;
+    return (sums.distance + lambda * s.gamma() * sums.normal + sums.covered) / sums.weight;
   };
   const VfsrResult annealed = Anneal(objective, AnnealRanges(type, data), seed, options, stop);
   RefineResult result;

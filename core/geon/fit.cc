@@ -9,7 +9,9 @@
 
 #include "core/base/parallel.h"
 #include "core/geon/anneal_type.h"
+#include "core/geon/choose.h"
 #include "core/geon/deviation.h"
+#include "core/geon/ends.h"
 #include "core/geon/fit_data.h"
 #include "core/geon/multi_start.h"
 #include "core/geon/objective.h"
@@ -22,7 +24,8 @@ constexpr int kSearchPoints = 112;
 
 void CheckOptions(const FitOptions& options) {
   if (options.types.empty()) throw std::invalid_argument("no geon type was asked for");
-  for (const double v : {options.lambda, options.search_lambda, options.report_lambda, options.fallback_distance}) {
+  for (const double v : {options.lambda, options.search_lambda, options.report_lambda, options.fallback_distance,
+                         options.fallback_errors, options.fallback_scatter_ratio}) {
     if (!(v >= 0.0) || !std::isfinite(v)) throw std::invalid_argument("weights of the fit must be finite and not negative");
   }
   if (!(options.fallback_ratio >= 1.0)) throw std::invalid_argument("fallback_ratio must be at least 1");
@@ -61,41 +64,55 @@ double MeanDistance(const GeonState& state, const FitData& data) {
   return EvaluateObjective(GeonOf(state), cloud, 0.0).distance;
 }
 
-// Objectives this far below any that matters count as nothing when ratios are taken.
-constexpr double kNothing = 1e-6;
-
-// The place of the chosen fit: the least objective, or, if that is a deformed type and its base type is nearly as good, the
-// base type (the deformed shapes contain the straight ones and win by a little on any data).
-std::size_t Choose(const std::vector<GeonFit>& fits, const FitOptions& options, double diagonal) {
-  std::size_t best = 0;
-  for (std::size_t i = 1; i < fits.size(); ++i) if (fits[i].objective < fits[best].objective) best = i;
-  const GeonType base = BaseType(fits[best].geon.type);
-  for (std::size_t i = 0; i < fits.size(); ++i) {
-    if (fits[i].geon.type == base &&
-        fits[i].objective <= options.fallback_ratio * fits[best].objective + options.fallback_distance * diagonal) {
-      return i;
-    }
+// The least objective of one type.
+RefineResult FindType(GeonType type, const FitData& data, const std::vector<Eigen::Matrix3d>& frames, const GeonState* base,
+                      const FitOptions& options, std::stop_token stop) {
+  if (options.optimizer == FitOptions::Optimizer::kVfsr) {
+    return AnnealType(type, data, options.lambda, options.seed + 1000003 * static_cast<std::uint64_t>(type), options.vfsr, stop);
   }
-  return best;
+  return SearchType(type, data, frames, options.search_lambda, options.lambda, base, stop);
 }
 
-// The least objective of a type that is neither the chosen one nor a deformation of it, over the chosen one's.
-double MarginOf(const std::vector<GeonFit>& fits, double diagonal) {
-  double other = std::numeric_limits<double>::infinity();
-  const GeonType chosen = fits.front().geon.type;
-  for (std::size_t i = 1; i < fits.size(); ++i) {
-    if (BaseType(fits[i].geon.type) != chosen) other = std::min(other, fits[i].objective);
+// What is reported of it: parameters refined at report_lambda, without the length that nobody saw. Annealed ones as they are.
+GeonFit Report(const RefineResult& found, const FitData& data, const FitOptions& options) {
+  const bool annealed = options.optimizer == FitOptions::Optimizer::kVfsr;
+  RefineResult reported = found;
+  double lambda = options.lambda;
+  int evaluations = found.evaluations;
+  if (!annealed) {
+    lambda = options.report_lambda;
+    reported = Polish(found.state, data, lambda);
+    evaluations += reported.evaluations;
+    reported.state = WithoutHiddenLength(reported.state, data);
   }
-  return (other + kNothing * diagonal) / (fits.front().objective + kNothing * diagonal);
+  GeonFit fit;
+  fit.geon = InDataFrame(reported.state, data);
+  fit.residual = MeanDistance(reported.state, data) * data.unit;
+  const GeonState canonical = InOwnFrame(fit.geon, data);
+  const Ends ends = JudgeEnds(canonical, data);
+  fit.ends = ends.state;
+  fit.deviation = Deviations(canonical, data, lambda, ends);
+  for (std::size_t k = 0; k < 12; ++k) {
+    if (k < 3 || (k >= 6 && k < 9)) fit.deviation[k] *= data.unit;
+    if (k == 11) fit.deviation[k] /= data.unit;
+  }
+  fit.t1 = found.t1 * data.unit;
+  fit.t2 = found.t2;
+  fit.objective = ObjectiveOf(found, data, options.lambda) * data.unit;
+  fit.evaluations = evaluations;
+  fit.summary.converged = found.converged && reported.converged;
+  fit.summary.iterations = evaluations;
+  fit.summary.message = fit.summary.converged ? "converged" : "stopped before the last steps were small";
+  return fit;
 }
 
 }  // namespace
 
 std::vector<GeonFit> FitGeons(const PointCloud& part, const FitOptions& options, std::stop_token stop,
-                              const StepObserver& on_step) {
+                              const StepObserver& on_step, const Surroundings& around) {
   CheckOptions(options);
   const auto begin = std::chrono::steady_clock::now();
-  const FitData data = PrepareFitData(part, options.max_points, kSearchPoints);
+  const FitData data = PrepareFitData(part, around, options.outline_of_one_view, options.max_points, kSearchPoints);
   const std::vector<Eigen::Matrix3d> frames = CandidateFrames(data.few);
 
   std::vector<GeonType> types = options.types;
@@ -104,44 +121,27 @@ std::vector<GeonFit> FitGeons(const PointCloud& part, const FitOptions& options,
   const int total = static_cast<int>(types.size());
   if (on_step) on_step("fit", 0, total);
   std::vector<GeonFit> fits(types.size());
-  // The last types take longest: they begin first.
-  ParallelFor(total, options.threads, 1, [&](std::ptrdiff_t i) {
-    const std::size_t at = types.size() - 1 - static_cast<std::size_t>(i);
-    GeonFit& fit = fits[at];
-    RefineResult found, reported;
-    if (options.optimizer == FitOptions::Optimizer::kVfsr) {
-      const std::uint64_t seed = options.seed + 1000003 * static_cast<std::uint64_t>(types[at]);
-      found = reported = AnnealType(types[at], data, options.lambda, seed, options.vfsr, stop);
-      reported.evaluations = 0;
-    } else {
-      found = SearchType(types[at], data, frames, options.search_lambda, options.lambda, stop);
-      reported = Polish(found.state, data, options.report_lambda);
-    }
-    fit.geon = InDataFrame(reported.state, data);
-    fit.residual = MeanDistance(reported.state, data) * data.unit;
-    fit.deviation = Deviations(InOwnFrame(fit.geon, data), data,
-                               options.optimizer == FitOptions::Optimizer::kVfsr ? options.lambda : options.report_lambda);
-    for (std::size_t k = 0; k < 12; ++k) {
-      if (k < 3 || (k >= 6 && k < 9)) fit.deviation[k] *= data.unit;
-      if (k == 11) fit.deviation[k] /= data.unit;
-    }
-    fit.t1 = found.t1 * data.unit;
-    fit.t2 = found.t2;
-    fit.objective = fit.t1 + options.lambda * found.state.gamma() * data.unit * fit.t2;
-    fit.evaluations = found.evaluations + reported.evaluations;
-    fit.summary.converged = found.converged && reported.converged;
-    fit.summary.iterations = fit.evaluations;
-    fit.summary.message = fit.summary.converged ? "converged" : "stopped before the last steps were small";
-  });
-  ThrowIfStopped(stop);
+  std::vector<RefineResult> found(types.size());
+  // The base types first, from which the deformed ones begin as well. The last types take longest: they begin first.
+  for (const bool deformed : {false, true}) {
+    ParallelFor(total, options.threads, 1, [&](std::ptrdiff_t i) {
+      const std::size_t at = types.size() - 1 - static_cast<std::size_t>(i);
+      if ((BaseType(types[at]) != types[at]) != deformed) return;
+      const auto base = std::find(types.begin(), types.end(), BaseType(types[at]));
+      const GeonState* base_state = base != types.end() ? &found[static_cast<std::size_t>(base - types.begin())].state : nullptr;
+      found[at] = FindType(types[at], data, frames, base_state, options, stop);
+      fits[at] = Report(found[at], data, options);
+    });
+    ThrowIfStopped(stop);
+  }
 
-  const std::size_t chosen = Choose(fits, options, data.unit);
-  std::rotate(fits.begin(), fits.begin() + static_cast<std::ptrdiff_t>(chosen),
-              fits.begin() + static_cast<std::ptrdiff_t>(chosen) + 1);
+  const Choice choice = ChooseType(found, data, options);
+  const auto chosen = fits.begin() + static_cast<std::ptrdiff_t>(choice.chosen);
+  std::rotate(fits.begin(), chosen, chosen + 1);
   std::stable_sort(fits.begin() + 1, fits.end(),
                    [](const GeonFit& a, const GeonFit& b) { return a.objective < b.objective; });
-  fits.front().margin = MarginOf(fits, data.unit);
-  fits.front().confidence = 1.0 - std::exp(-2.0 * std::max(0.0, fits.front().margin - 1.0));
+  fits.front().margin = choice.margin;
+  fits.front().confidence = choice.confidence;
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   for (GeonFit& fit : fits) {
     fit.points = data.used;

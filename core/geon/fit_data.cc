@@ -12,6 +12,7 @@
 
 #include <Eigen/Eigenvalues>
 
+#include "core/geon/one_view.h"
 #include "core/geon/outliers.h"
 
 namespace geond {
@@ -21,6 +22,10 @@ constexpr int kLeastPoints = 12;
 // Coordinates are rounded to this share of the unit: two copies of the same data in different frames then become the same
 // numbers, and the fits after them the same steps.
 constexpr double kGrid = 0x1p-31;
+// Empty places are taken from a box larger by this share of its sides on each side, and so many at most.
+constexpr double kReach = 0.6;
+constexpr int kMostEmpty = 192;
+constexpr double kEmptyWeight = 3.0;   // of all of them over that of all points
 
 struct Sample {
   Eigen::Vector3d point, normal;
@@ -65,6 +70,15 @@ std::vector<Sample> Every(const std::vector<Sample>& samples, int count) {
   return some;
 }
 
+// Evenly `count` of them in their order, or all if there are fewer.
+std::vector<Eigen::Vector3d> Spread(const std::vector<Eigen::Vector3d>& places, int count) {
+  const auto n = static_cast<std::int64_t>(places.size());
+  if (n <= count) return places;
+  std::vector<Eigen::Vector3d> some;
+  for (std::int64_t i = 0; i < count; ++i) some.push_back(places[static_cast<std::size_t>((2 * i + 1) * n / (2 * count))]);
+  return some;
+}
+
 LanePoints LanesOf(const std::vector<Sample>& samples) {
   LanePoints points(static_cast<int>(samples.size()));
   for (std::size_t i = 0; i < samples.size(); ++i) points.Set(static_cast<int>(i), samples[i].point, samples[i].normal);
@@ -87,7 +101,8 @@ std::vector<Sample> WithoutOutliers(const std::vector<Sample>& samples, int& cou
 
 }  // namespace
 
-FitData PrepareFitData(const PointCloud& part, int max_points, int search_points) {
+FitData PrepareFitData(const PointCloud& part, const Surroundings& around, bool outline, int max_points,
+                       int search_points) {
   if (!part.has_normals()) throw std::invalid_argument("fitting geons needs points with outward normals");
   FitData data;
   std::vector<Sample> samples;
@@ -140,7 +155,34 @@ FitData PrepareFitData(const PointCloud& part, int max_points, int search_points
   for (const Sample& s : samples) data.box.extend(s.point);
   data.all = LanesOf(samples);
   data.few = LanesOf(Every(samples, std::max(search_points, kLeastPoints)));
+
+  // Empty places count as a whole, so that a few that are covered weigh what as many points would. Far ones say nothing.
+  const Pose X_NT = Inverse(data.X_TN);
+  const auto own = [&](const Eigen::Vector3d& p) {
+    return Eigen::Vector3d((X_NT * p / data.unit).unaryExpr([](double x) { return Rounded(x, kGrid); }));
+  };
+  Eigen::AlignedBox3d near(data.box.min() - kReach * data.box.sizes(), data.box.max() + kReach * data.box.sizes());
+  for (const Eigen::Vector3d& p : around.empty) {
+    if (const Eigen::Vector3d q = own(p); near.contains(q)) data.around.empty.push_back(q);
+  }
+  std::vector<Eigen::Vector3d> points, normals;
+  for (const Sample& s : samples) {
+    points.push_back(s.point);
+    normals.push_back(s.normal);
+  }
+  OneView view = FindOneView(points, normals);
+  data.view = view.direction;
+  // Where nothing else is known, the outline of the points themselves.
+  if (outline && around.empty.empty() && around.cuts.empty()) data.around.empty = std::move(view.empty);
+  data.around.empty = Spread(data.around.empty, kMostEmpty);
+  data.all.AddEmpty(data.around.empty, kEmptyWeight * data.all.size);
+  data.few.AddEmpty(Spread(data.around.empty, kMostEmpty / 4), kEmptyWeight * data.few.size);
+  for (const Eigen::Vector3d& p : around.cuts) data.around.cuts.push_back(own(p));
   return data;
+}
+
+FitData PrepareFitData(const PointCloud& part, int max_points, int search_points) {
+  return PrepareFitData(part, {}, false, max_points, search_points);
 }
 
 }  // namespace geond

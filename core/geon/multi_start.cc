@@ -46,6 +46,11 @@ ParameterBounds BoundsOf(const FitData& data) {
   return bounds;
 }
 
+double ObjectiveOf(const RefineResult& fit, const FitData& data, double lambda) {
+  const MisfitSums sums = SumMisfit(fit.state, data.all);
+  return (sums.distance + lambda * fit.state.gamma() * sums.normal + sums.covered) / sums.weight;
+}
+
 RefineResult Polish(const GeonState& start, const FitData& data, double lambda) {
   const ParameterBounds bounds = BoundsOf(data);
   RefineResult result;
@@ -69,7 +74,7 @@ RefineResult Polish(const GeonState& start, const FitData& data, double lambda) 
 }
 
 RefineResult SearchType(GeonType type, const FitData& data, const std::vector<Eigen::Matrix3d>& frames,
-                        double search_lambda, double lambda, std::stop_token stop) {
+                        double search_lambda, double lambda, const GeonState* base, std::stop_token stop) {
   const ParameterBounds bounds = BoundsOf(data);
   RefineOptions options;
   options.lambda = search_lambda;
@@ -77,20 +82,28 @@ RefineResult SearchType(GeonType type, const FitData& data, const std::vector<Ei
   options.tolerance = 1e-4;
   int evaluations = 0;
   std::vector<RefineResult> candidates;
-  for (const GeonState& start : StartStates(type, frames, data.few)) {
-    RefineResult candidate;
-    candidate.state = Bounded(start, bounds);
-    const MisfitSums sums = SumMisfit(candidate.state, data.few, options.floor);
-    candidate.objective = (sums.smooth + search_lambda * candidate.state.gamma() * sums.normal) / sums.weight;
-    candidates.push_back(candidate);
-    ++evaluations;
-  }
+  const auto begin_at = [&](const std::vector<GeonState>& starts) {
+    for (const GeonState& start : starts) {
+      RefineResult candidate;
+      candidate.state = Bounded(start, bounds);
+      const MisfitSums sums = SumMisfit(candidate.state, data.few, options.floor);
+      candidate.objective = (sums.smooth + options.lambda * candidate.state.gamma() * sums.normal) / sums.weight;
+      candidates.push_back(candidate);
+      ++evaluations;
+    }
+  };
+  begin_at(StartStates(type, frames, data.few, data.view));
+  bool base_to_come = base != nullptr && BaseType(type) != type;
   for (const Round& round : kRounds) {
     ThrowIfStopped(stop);
     KeepBest(candidates, round.keep);
     options.iterations = round.steps;
     options.lambda = round.at_search_lambda ? search_lambda : lambda;
     options.floor = round.floor;
+    if (base_to_come && !round.at_search_lambda) {
+      begin_at(StartsFromBase(type, *base));
+      base_to_come = false;
+    }
     for (RefineResult& candidate : candidates) {
       candidate = Refine(candidate.state, data.few, bounds, options);
       evaluations += candidate.evaluations;

@@ -11,6 +11,9 @@
 namespace geond {
 namespace {
 
+constexpr double kQuarter = 1.5707963267948966;
+constexpr double kLittle = 0.12;   // taper, or half bending angle, of starts from the base type
+
 Eigen::Vector3d PointAt(const LanePoints& p, int i) { return {p.point[0][i], p.point[1][i], p.point[2][i]}; }
 Eigen::Vector3d NormalAt(const LanePoints& p, int i) { return {p.normal[0][i], p.normal[1][i], p.normal[2][i]}; }
 
@@ -90,6 +93,39 @@ GeonState Bent(GeonType type, const Eigen::Matrix3d& axes, const Extent& extent,
   return s;
 }
 
+// Starts that fill the extent of the points.
+std::vector<GeonState> StartsInside(GeonType type, const std::vector<Eigen::Matrix3d>& frames, const LanePoints& points) {
+  std::vector<GeonState> starts;
+  const bool any_axis = type != GeonType::kEllipsoid && type != GeonType::kCuboid;
+  for (const Eigen::Matrix3d& frame : frames) {
+    for (int axis = 0; axis < (any_axis ? 3 : 1); ++axis) {
+      // The axis to z, the two others behind it in order.
+      Eigen::Matrix3d axes;
+      axes << frame.col((axis + 1) % 3), frame.col((axis + 2) % 3), frame.col(axis);
+      if (IsCurved(type)) {
+        for (int quarter = 0; quarter < 4; ++quarter) {
+          const Eigen::Matrix3d turned = axes * Eigen::AngleAxisd(quarter * kQuarter, Eigen::Vector3d::UnitZ());
+          const Extent extent = ExtentIn(turned, points);
+          for (const double theta : {0.5, 1.2}) starts.push_back(Bent(type, turned, extent, theta));
+        }
+      } else if (IsTapered(type)) {
+        for (const double sign : {1.0, -1.0}) {
+          Eigen::Matrix3d turned = axes;
+          turned.col(1) *= sign;
+          turned.col(2) *= sign;
+          GeonState s = Straight(type, turned, ExtentIn(turned, points));
+          s.deformation = {0.4, 0.4};
+          s.size.head<2>() /= 1.4;
+          starts.push_back(s);
+        }
+      } else {
+        starts.push_back(Straight(type, axes, ExtentIn(axes, points)));
+      }
+    }
+  }
+  return starts;
+}
+
 }  // namespace
 
 std::vector<Eigen::Matrix3d> CandidateFrames(const LanePoints& points) {
@@ -118,35 +154,42 @@ std::vector<Eigen::Matrix3d> CandidateFrames(const LanePoints& points) {
   return frames;
 }
 
-std::vector<GeonState> StartStates(GeonType type, const std::vector<Eigen::Matrix3d>& frames, const LanePoints& points) {
+std::vector<GeonState> StartsFromBase(GeonType type, const GeonState& base) {
   std::vector<GeonState> starts;
-  const bool any_axis = type != GeonType::kEllipsoid && type != GeonType::kCuboid;
-  for (const Eigen::Matrix3d& frame : frames) {
-    for (int axis = 0; axis < (any_axis ? 3 : 1); ++axis) {
-      // The axis to z, the two others behind it in order.
-      Eigen::Matrix3d axes;
-      axes << frame.col((axis + 1) % 3), frame.col((axis + 2) % 3), frame.col(axis);
-      if (IsCurved(type)) {
-        for (int quarter = 0; quarter < 4; ++quarter) {
-          const Eigen::Matrix3d turned = axes * Eigen::AngleAxisd(quarter * 1.5707963267948966, Eigen::Vector3d::UnitZ());
-          const Extent extent = ExtentIn(turned, points);
-          for (const double theta : {0.5, 1.2}) starts.push_back(Bent(type, turned, extent, theta));
-        }
-      } else if (IsTapered(type)) {
-        for (const double sign : {1.0, -1.0}) {
-          Eigen::Matrix3d turned = axes;
-          turned.col(1) *= sign;
-          turned.col(2) *= sign;
-          GeonState s = Straight(type, turned, ExtentIn(turned, points));
-          s.deformation = {0.4, 0.4};
-          s.size.head<2>() /= 1.4;
-          starts.push_back(s);
-        }
-      } else {
-        starts.push_back(Straight(type, axes, ExtentIn(axes, points)));
-      }
+  const int turns = IsCurved(type) ? 4 : 2;   // bends to four sides; tapers with either end the larger
+  for (int axis = 2; axis >= (BaseType(type) == GeonType::kCuboid ? 0 : 2); --axis) {
+    for (int turn = 0; turn < turns; ++turn) {
+      Eigen::Matrix3d axes;   // of the start in the base's
+      axes << Eigen::Vector3d::Unit((axis + 1) % 3), Eigen::Vector3d::Unit((axis + 2) % 3), Eigen::Vector3d::Unit(axis);
+      const Eigen::Vector3d about = IsCurved(type) ? Eigen::Vector3d::UnitZ() : Eigen::Vector3d::UnitX();
+      axes = axes * Eigen::AngleAxisd(turn * (IsCurved(type) ? kQuarter : 2.0 * kQuarter), about).toRotationMatrix();
+      GeonState s = base;
+      s.type = type;
+      s.rotation = base.rotation * axes;
+      s.size = axes.cwiseAbs().transpose() * base.size;
+      if (IsTapered(type)) s.deformation = {kLittle, kLittle};
+      else s.deformation[0] = kLittle / s.size.z();
+      starts.push_back(s);
     }
   }
+  return starts;
+}
+
+std::vector<GeonState> StartStates(GeonType type, const std::vector<Eigen::Matrix3d>& frames, const LanePoints& all,
+                                   const Eigen::Vector3d& view) {
+  std::vector<GeonState> starts = StartsInside(type, frames, all);
+  if (view.isZero()) return starts;
+  // The points and their reflections behind the furthest of them.
+  double furthest = 1e300;
+  for (int i = 0; i < all.size; ++i) furthest = std::min(furthest, view.dot(PointAt(all, i)));
+  LanePoints both(2 * all.size);
+  for (int i = 0; i < all.size; ++i) {
+    const Eigen::Vector3d p = PointAt(all, i);
+    both.Set(2 * i, p, NormalAt(all, i));
+    both.Set(2 * i + 1, p - 2.0 * (view.dot(p) - furthest) * view, NormalAt(all, i));
+  }
+  const std::vector<GeonState> deeper = StartsInside(type, frames, both);
+  starts.insert(starts.end(), deeper.begin(), deeper.end());
   return starts;
 }
 

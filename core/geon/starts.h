@@ -13,7 +13,12 @@ namespace geond {
 std::vector<Eigen::Matrix3d> CandidateFrames(const LanePoints& points);
 
 // Geons to start the search from: every frame, every choice and direction of the axis that makes a difference to the type,
-// bends at half angles of 0.5 and 1.2 rad; sizes and centre from the points' extent.
-std::vector<GeonState> StartStates(GeonType type, const std::vector<Eigen::Matrix3d>& frames, const LanePoints& points);
+// bends at half angles of 0.5 and 1.2 rad; sizes and centre from the points' extent. If they were all seen from one side
+// (`view` to the sensor, else zero), again with as much behind as in front.
+std::vector<GeonState> StartStates(GeonType type, const std::vector<Eigen::Matrix3d>& frames, const LanePoints& points,
+                                   const Eigen::Vector3d& view);
+
+// A fit of the base type, a little tapered or bent in every way that makes a difference.
+std::vector<GeonState> StartsFromBase(GeonType type, const GeonState& base);
 
 }  // namespace geond

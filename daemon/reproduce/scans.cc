@@ -58,6 +58,8 @@ SevenFits FitByAnnealing(const PointCloud& cloud, const VfsrOptions& options, st
   fit.threads = run.threads;
   fit.fallback_ratio = 1.0;  // the least residual wins
   fit.fallback_distance = 0.0;
+  fit.fallback_scatter_ratio = 0.0;
+  fit.outline_of_one_view = false;
   return ByType(FitGeons(cloud, fit, run.stop));
 }
 

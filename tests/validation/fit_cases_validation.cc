@@ -16,6 +16,7 @@ int main() {
   for (const auto& item : file.at("fits")) {
     FitOptions options;
     options.threads = 1;
+    options.outline_of_one_view = false;   // the best known are of the thesis' objective alone
     const PointCloud part = CloudOfCase(item);
     const std::clock_t begin = std::clock();
     const auto fits = FitGeons(part, options);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Types and parameters found in range data of random geons under noise: fit_noise_validation [geons a type] [seed].
 // Sizes pooled over the three of a geon, relative; position over D, the geon's diagonal; axis the angle of G's z axis.
+#include <algorithm>
+#include <array>
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
@@ -35,10 +37,23 @@ void AddErrors(const Geon& truth, const GeonFit& fit, double diagonal, Errors& e
   const Geon& found = fit.geon;
   Eigen::Vector3d size = found.size;
   Eigen::Vector3d deviation(fit.deviation[6], fit.deviation[7], fit.deviation[8]);
-  const Eigen::Vector3d swapped(size.y(), size.x(), size.z());
-  if ((swapped - truth.size).norm() < (size - truth.size).norm() && !IsCurved(truth.type)) {
-    size = swapped;
-    std::swap(deviation.x(), deviation.y());
+  // Which axis is called x is a matter of sizes: of the orders that the type allows, the one whose axes agree best.
+  const Eigen::Matrix3d cosine = (truth.X_TG.matrix().transpose() * found.X_TG.matrix()).cwiseAbs();
+  const bool any_axis = truth.type == GeonType::kCuboid || truth.type == GeonType::kEllipsoid;
+  std::array<int, 3> order{0, 1, 2}, best = order;
+  double agreement = -1.0;
+  do {
+    if ((!any_axis && order[2] != 2) || (IsCurved(truth.type) && order[0] != 0)) continue;
+    const double sum = cosine(0, order[0]) + cosine(1, order[1]) + cosine(2, order[2]);
+    if (sum > agreement + 1e-9) {
+      agreement = sum;
+      best = order;
+    }
+  } while (std::next_permutation(order.begin(), order.end()));
+  const Eigen::Vector3d found_size = size, found_deviation = deviation;
+  for (int k = 0; k < 3; ++k) {
+    size[k] = found_size[best[k]];
+    deviation[k] = found_deviation[best[k]];
   }
   for (int k = 0; k < 3; ++k) {
     errors.size.push_back(std::abs(size[k] / truth.size[k] - 1.0));
@@ -52,11 +67,8 @@ void AddErrors(const Geon& truth, const GeonFit& fit, double diagonal, Errors& e
     errors.inside += std::abs(size[k] - truth.size[k]) <= 1.96 * deviation[k] + 1e-9 * truth.size[k];
   }
   errors.position.push_back((found.X_TG.translation() - truth.X_TG.translation()).norm() / diagonal);
-  double cosine = std::abs((truth.X_TG.matrix().transpose() * found.X_TG.matrix())(2, 2));
-  if (truth.type == GeonType::kCuboid || truth.type == GeonType::kEllipsoid) {
-    cosine = (truth.X_TG.matrix().transpose() * found.X_TG.matrix()).cwiseAbs().col(2).maxCoeff();
-  }
-  errors.axis.push_back(std::acos(std::min(1.0, cosine)) * 180.0 / std::numbers::pi);
+  const double along = any_axis ? cosine.col(2).maxCoeff() : cosine(2, 2);
+  errors.axis.push_back(std::acos(std::min(1.0, along)) * 180.0 / std::numbers::pi);
 }
 
 }  // namespace

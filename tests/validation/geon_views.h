@@ -43,8 +43,10 @@ inline bool Seen(const Geon& geon, const Eigen::Vector3d& point, const Eigen::Ve
   return true;
 }
 
-inline PointCloud ViewsOfGeon(const Geon& geon, const ViewOptions& options, Draw& draw) {
-  const double diagonal = DiagonalOf(geon);
+// `surface` spread evenly and densely, `seen(point, direction to the sensor)` says whether nothing is in the way.
+template <typename SeenFrom>
+PointCloud ViewsOfSurface(const PointCloud& surface, double diagonal, const SeenFrom& seen_from, const ViewOptions& options,
+                          Draw& draw) {
   std::vector<Eigen::Vector3d> directions;
   if (options.views == 1) {
     directions.push_back(draw.Normal3().normalized());
@@ -55,7 +57,6 @@ inline PointCloud ViewsOfGeon(const Geon& geon, const ViewOptions& options, Draw
     }
   }
   PointCloud all;
-  const PointCloud surface = SampleGeon(geon, 8 * options.dense);
   for (int v = 0; v < options.views; ++v) {
     const Eigen::Vector3d& to_sensor = directions[v];
     std::vector<Eigen::Vector3d> points, normals;
@@ -67,7 +68,7 @@ inline PointCloud ViewsOfGeon(const Geon& geon, const ViewOptions& options, Draw
     }
     for (std::size_t i = 0; i < surface.size(); ++i) {
       const double cosine = surface.normals[i].dot(to_sensor);
-      if (cosine < 0.17 || draw.Uniform(0, 1) > share * cosine || !Seen(geon, surface.points[i], to_sensor, diagonal)) continue;
+      if (cosine < 0.17 || draw.Uniform(0, 1) > share * cosine || !seen_from(surface.points[i], to_sensor)) continue;
       points.push_back(surface.points[i] + options.noise * diagonal * draw.Normal() * to_sensor);
       normals.push_back(surface.normals[i]);
     }
@@ -110,6 +111,14 @@ inline PointCloud ViewsOfGeon(const Geon& geon, const ViewOptions& options, Draw
     }
   }
   return all;
+}
+
+inline PointCloud ViewsOfGeon(const Geon& geon, const ViewOptions& options, Draw& draw) {
+  const double diagonal = DiagonalOf(geon);
+  const auto seen_from = [&](const Eigen::Vector3d& point, const Eigen::Vector3d& direction) {
+    return Seen(geon, point, direction, diagonal);
+  };
+  return ViewsOfSurface(SampleGeon(geon, 8 * options.dense), diagonal, seen_from, options, draw);
 }
 
 }  // namespace geond

@@ -153,6 +153,7 @@ TEST(DescribeParts, RefusesFitsOfAnotherObject) {
 TEST(ToJson, HasLengthsInMillimetresOnOneLine) {
   TwoParts object;
   object.fits[1][0].residual = 0.0002;
+  object.fits[1][0].ends[2][0] = EndState::kHidden;
   object.fits[1][0].margin = std::numeric_limits<double>::infinity();
   const std::string text = ToJson(object.Describe());
   EXPECT_EQ(text.find('\n'), std::string::npos);
@@ -167,6 +168,10 @@ TEST(ToJson, HasLengthsInMillimetresOnOneLine) {
   EXPECT_DOUBLE_EQ(part["pose"]["quaternion"]["w"], 1.0);
   EXPECT_DOUBLE_EQ(part["residual_mm"], 0.2);
   EXPECT_TRUE(part["margin"].is_null());
+  EXPECT_EQ(part["size_at_least"], nlohmann::json({false, false, true}));
+  EXPECT_EQ(part["ends"]["z"], nlohmann::json({"hidden", "seen"}));
+  EXPECT_EQ(part["ends"]["x"], nlohmann::json({"seen", "seen"}));
+  EXPECT_NE(ToText(object.Describe()).find("500.0 x 500.0 x at least 1000.0 mm"), std::string::npos);
   EXPECT_EQ(part["all_models"].size(), 1u);
   for (const char* key : {"taper", "bend_per_mm", "t1_mm", "t2", "confidence", "points"}) EXPECT_TRUE(part.contains(key)) << key;
   EXPECT_EQ(json["relations"].size(), 1u);

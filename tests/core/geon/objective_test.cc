@@ -119,12 +119,12 @@ TEST_P(EveryMisfit, AgreesWithThePointByPointForm) {
     EXPECT_EQ(sums.weight, n);
     EXPECT_NEAR(sums.distance / n, objective.t1, 1e-13 * objective.t1);
     EXPECT_NEAR(sums.normal / n, objective.t2, 1e-13 * objective.t2);
-    std::vector<double> e(points.padded()), normal(points.padded());
-    PointMisfits(StateOf(geon), points, e.data(), normal.data());
+    // ... and point by point.
     const std::vector<PointError> errors = PointErrors(geon, cloud);
-    for (std::size_t i = 0; i < errors.size(); ++i) {
-      EXPECT_NEAR(e[i], errors[i].e, 1e-12 * std::max(1.0, std::abs(errors[i].e)));
-      EXPECT_NEAR(normal[i], (errors[i].model_normal - cloud.normals[i]).squaredNorm(), 1e-12);
+    for (std::size_t i = 0; i < errors.size(); i += 7) {
+      const MisfitSums one = SumMisfit(StateOf(geon), LanesOf(Select(cloud, {static_cast<int>(i)})));
+      EXPECT_NEAR(one.distance, std::abs(errors[i].e), 1e-12 * std::max(1.0, std::abs(errors[i].e)));
+      EXPECT_NEAR(one.normal, (errors[i].model_normal - cloud.normals[i]).squaredNorm(), 1e-12);
     }
   }
 }
@@ -167,14 +167,14 @@ TEST_P(EveryMisfit, HessianIsTheSumOfTheSquaresOfEachPointsDerivatives) {
   const double normal_weight = 3.0, floor = 0.05, h = 1e-6;
   MisfitDerivatives d;
   DifferentiateMisfit(state, points, normal_weight, floor, d);
-  // Residuals in G of both sides, by the point-by-point form.
+  // Residuals in T of both sides, by the point-by-point form.
   const auto residuals = [&](const ParameterVector& step) {
     const Geon moved = GeonOf(Moved(state, step));
     Eigen::MatrixXd r(4, n);
     const std::vector<PointError> errors = PointErrors(moved, cloud);
     for (int i = 0; i < n; ++i) {
       r(0, i) = errors[i].e;
-      r.col(i).tail<3>() = Inverse(moved.X_TG).Rotate(errors[i].model_normal - cloud.normals[i]);
+      r.col(i).tail<3>() = errors[i].model_normal - cloud.normals[i];
     }
     return r;
   };
@@ -193,6 +193,37 @@ TEST_P(EveryMisfit, HessianIsTheSumOfTheSquaresOfEachPointsDerivatives) {
       }
       EXPECT_NEAR(d.hessian(j, k), sum, 1e-6 * std::sqrt(d.hessian(j, j) * d.hessian(k, k))) << j << " " << k;
     }
+  }
+}
+
+TEST_P(EveryMisfit, EmptyPlacesCountByTheirDepthInsideAndNotOutside) {
+  Draw draw(61);
+  Make(61);
+  const GeonState state = StateOf(geon);
+  const MisfitSums without = SumMisfit(state, points, 0.01);
+  std::vector<Eigen::Vector3d> places;
+  for (int i = 0; i < 50; ++i) places.push_back(geon.X_TG * Eigen::Vector3d(1.5 * draw.Normal3()));
+  double depth = 0.0;
+  PointCloud cloud_of_places;
+  cloud_of_places.points = places;
+  cloud_of_places.normals.assign(places.size(), Eigen::Vector3d::UnitX());
+  for (const PointError& error : PointErrors(geon, cloud_of_places)) depth += std::max(0.0, -error.e);
+  ASSERT_GT(depth, 0.0);
+  points.AddEmpty(places, 10.0);
+  const MisfitSums with = SumMisfit(state, points, 1e-12);
+  EXPECT_EQ(with.weight, without.weight);
+  EXPECT_EQ(with.distance, without.distance);
+  EXPECT_EQ(with.normal, without.normal);
+  EXPECT_NEAR(with.covered, depth * 10.0 / 50.0, 1e-12 * depth);
+  // The slope of the smooth sum, through the floor.
+  MisfitDerivatives d;
+  const double floor = 0.1, h = 1e-6;
+  DifferentiateMisfit(state, points, 0.0, floor, d);
+  for (int k = 0; k < ParameterCount(GetParam()); ++k) {
+    const ParameterVector step = h * ParameterVector::Unit(k);
+    const double slope = (SumMisfit(Moved(state, step), points, floor).smooth -
+                          SumMisfit(Moved(state, -step), points, floor).smooth) / (2 * h);
+    EXPECT_NEAR(d.distance_gradient[k], slope, 1e-6 * std::sqrt(d.hessian(k, k) * cloud.size())) << k;
   }
 }
 

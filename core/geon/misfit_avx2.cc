@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: Apache-2.0
+// Compiled for this instruction set alone (core/CMakeLists.txt) and called only on machines that have it.
+#if defined(__AVX2__) && defined(__FMA__)
+#include "core/geon/misfit_kernel.h"
+
+namespace geond::lanes {
+
+constinit const Loops kAvx2Loops = MakeLoops();
+
+}  // namespace geond::lanes
+#endif
