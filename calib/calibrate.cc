@@ -16,6 +16,8 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr int kFewestAngles = 4;
+// Beyond these a calibration and the assumed station are of two different set-ups.
+constexpr double kOtherSensor = 0.03, kOtherTurn = 5.0 * kDegree, kOtherShift = 0.020;
 constexpr double kLeastSpan = 120.0 * kDegree;  // that the angles of a placement must cover
 
 void Validate(const StationGeometry& assumed, const std::vector<TargetPlacement>& placements) {
@@ -155,6 +157,26 @@ void JudgeCheck(const StationGeometry& assumed, const StationFit& fit, const std
 
 }  // namespace
 
+std::string Mismatch(const StationCalibration& calibration, const StationGeometry& assumed) {
+  const SensorModel &found = calibration.station.sensor, &sensor = assumed.sensor;
+  if (found.columns != sensor.columns || found.rows != sensor.rows || found.projection != sensor.projection) {
+    return Printed("it is of a sensor with %d x %d pixels, this one has %d x %d", found.columns, found.rows, sensor.columns,
+                   sensor.rows);
+  }
+  const double focal = std::max(std::abs(found.focal_u / sensor.focal_u - 1.0), std::abs(found.focal_v / sensor.focal_v - 1.0));
+  if (focal > kOtherSensor || found.center_u != sensor.center_u || found.center_v != sensor.center_v) {
+    return Printed("its sensor model is another one (focal lengths differ by %.1f %%)", focal * 100.0);
+  }
+  const Pose moved = Inverse(Inverse(assumed.X_WS) * assumed.X_WT) *
+                     (Inverse(calibration.station.X_WS) * calibration.station.X_WT);
+  const double turn = moved.rotation().angularDistance(Eigen::Quaterniond::Identity()), shift = moved.translation().norm();
+  if (turn > kOtherTurn || shift > kOtherShift) {
+    return Printed("its table stands %.1f deg and %.1f mm from where the configuration has it: one of the two is of another "
+                   "set-up", turn / kDegree, shift * 1e3);
+  }
+  return {};
+}
+
 Exposure Corrected(const Exposure& exposure, const StationCalibration& calibration) {
   Exposure corrected = exposure;
   for (float& depth : corrected.image.depth) {
@@ -166,6 +188,8 @@ Exposure Corrected(const Exposure& exposure, const StationCalibration& calibrati
 RecordedScan Corrected(const RecordedScan& scan, const StationCalibration& calibration) {
   RecordedScan corrected = scan;
   corrected.station = calibration.station;
+  corrected.calibration = {calibration.number, calibration.name, calibration.date, calibration.depth_scale,
+                           calibration.depth_offset};
   for (auto& view : corrected.views) {
     view.exposure = Corrected(view.exposure, calibration);
     view.sensor = calibration.station.sensor;

@@ -21,9 +21,14 @@ struct StationCalibration {
   double axis_position_sigma = 0.0;   // m, of the axis at the table among the points measured there
   double scale_sigma = 0.0;           // of depth_scale
   double check_error = 0.0;           // m: found less true diameter of the check object
+  int number = 0;                     // of the station's calibrations, as the caller counts them
   std::string date;                   // as the caller gives it, ISO 8601
   std::string name;                   // of the station, as the caller gives it
 };
+
+// Why a calibration is not one of this station, in a sentence: another sensor, or numbers too far from the assumed ones;
+// empty if it fits.
+std::string Mismatch(const StationCalibration& calibration, const StationGeometry& assumed);
 
 // An exposure as a faultless sensor would have given it: use before MakeView.
 Exposure Corrected(const Exposure& exposure, const StationCalibration& calibration);

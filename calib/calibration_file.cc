@@ -79,6 +79,7 @@ void WriteCalibration(const StationCalibration& calibration, const std::filesyst
   const Json json = {
       {"format", "geond calibration"},
       {"version", kVersion},
+      {"number", calibration.number},
       {"name", calibration.name},
       {"date", calibration.date},
       {"X_WS", ToJson(calibration.station.X_WS)},
@@ -119,6 +120,7 @@ StationCalibration ReadCalibration(const std::filesystem::path& path) {
   const double version = read.Number("version", 1, 1e6);
   if (version != kVersion) read.Fail(Printed("its version is %g, this program reads %d", version, kVersion));
   StationCalibration found;
+  found.number = static_cast<int>(read.Number("number", 0, 1e9));
   found.name = read.Text("name");
   found.date = read.Text("date");
   StationGeometry& station = found.station;

@@ -37,6 +37,8 @@ class PoseModel {
   // Root mean square distance (same units as a motion over its prior) of the measured poses from the model's start.
   double misfit() const { return misfit_; }
   bool turntable() const { return turntable_; }
+  // The point that motions are counted about: the given one, or its foot on the table's axis.
+  const Eigen::Vector3d& center_T() const { return center_T_; }
   // Change of the sensor's pose against the axis (turntable only): rotation (rad) and translation (m, at the centre).
   Eigen::Matrix<double, 6, 1> SensorCorrection() const;
 

@@ -1,4 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+// Each round is one linear problem: all returns of a pair of views are condensed to a quadratic form in six numbers, directions
+// that the shape does not show are projected out by eigenvalues, and what is left is a dense system of at most six unknowns a
+// view. A general solver (Ceres, as the station's calibration uses it) would factor the same matrix, or evaluate every return as
+// a residual of its own with automatic derivatives, which takes several times as long; so Eigen's factorisation does it.
 #include "calib/pose_refinement.h"
 
 #include <algorithm>
@@ -106,9 +110,10 @@ std::vector<std::pair<int, int>> FindOverlaps(const std::vector<ViewPoints>& vie
   return pairs;
 }
 
-Refinement RefinePoses(const std::vector<ViewPoints>& views, PoseModel model, const Eigen::Vector3d& center_T,
-                       double length, const RegisterOptions& options, bool fine_only, std::stop_token stop,
+Refinement RefinePoses(const std::vector<ViewPoints>& views, PoseModel model, double length,
+                       const RegisterOptions& options, bool fine_only, std::stop_token stop,
                        const std::function<void(int)>& on_round) {
+  const Eigen::Vector3d center_T = model.center_T();
   Refinement run{std::move(model), {}, {}, {}, {}, 0.0, 0.0, 0, false};
   const Eigen::Index n = static_cast<Eigen::Index>(views.size());
   const double pitch = MedianPitch(views);

@@ -25,8 +25,8 @@ struct Refinement {
 };
 
 // Alternates correspondences and solves from coarse (few samples, far) to fine. `fine_only`: starts at the fine end.
-Refinement RefinePoses(const std::vector<ViewPoints>& views, PoseModel model, const Eigen::Vector3d& center_T,
-                       double length, const RegisterOptions& options, bool fine_only, std::stop_token stop,
+Refinement RefinePoses(const std::vector<ViewPoints>& views, PoseModel model, double length,
+                       const RegisterOptions& options, bool fine_only, std::stop_token stop,
                        const std::function<void(int)>& on_round);
 
 // All ordered pairs that meet at these poses, compared.

@@ -126,10 +126,20 @@ void SetCovariances(const Refinement& run, const Extent& extent, RegistrationRes
     const Eigen::MatrixXd known = A.ldlt().solve(Eigen::MatrixXd::Identity(A.rows(), A.cols()));
     covariance += run.shown * (known - Eigen::MatrixXd::Identity(A.rows(), A.cols())) * run.shown.transpose();
   }
+  if (run.model.turntable()) {
+    result.sensor_covariance =
+        sigma.head<6>().asDiagonal() * covariance.topLeftCorner<6, 6>() * sigma.head<6>().asDiagonal();
+    result.sensor_covariance.topRows<3>() /= extent.length;
+    result.sensor_covariance.leftCols<3>() /= extent.length;
+  }
+  // From the point that motions are counted about to the object's middle.
+  const Eigen::Vector3d arm = (extent.center_T - run.model.center_T()) / extent.length;
+  Matrix6d to_middle = Matrix6d::Identity();
+  to_middle.bottomLeftCorner<3, 3>() << 0, arm.z(), -arm.y(), -arm.z(), 0, arm.x(), arm.y(), -arm.x(), 0;
   const Eigen::MatrixXd root = J * sigma.asDiagonal();
   for (std::size_t k = 0; k < result.X_TS.size(); ++k) {
     const Eigen::MatrixXd rows = root.middleRows(6 * static_cast<Eigen::Index>(k), 6);
-    Matrix6d of_view = rows * covariance * rows.transpose();
+    Matrix6d of_view = to_middle * (rows * covariance * rows.transpose()) * to_middle.transpose();
     of_view.topRows<3>() /= extent.length;
     of_view.leftCols<3>() /= extent.length;
     result.covariance.push_back(of_view);
@@ -145,7 +155,7 @@ std::vector<std::string> NotesOnShape(const Refinement& run, const Extent& exten
   Vector6d sigma;
   sigma << Eigen::Vector3d::Constant(options.prior_rotation * extent.length),
       Eigen::Vector3d::Constant(options.prior_translation);
-  return DescribeHiddenMotions(H, noise, sigma, extent.center_T, extent.length);
+  return DescribeHiddenMotions(H, noise, sigma, run.model.center_T(), extent.length);
 }
 
 void NoteDrift(const RegisterOptions& options, RegistrationResult& result) {
@@ -192,20 +202,20 @@ RegistrationResult RegisterViews(const std::vector<RangeView>& views, const Regi
   on_round(0);
   const PosePrior prior{options.prior_rotation, options.prior_translation, options.prior_angle};
   const auto refine = [&](PoseModel model, bool fine_only) {
-    return RefinePoses(ready, std::move(model), extent.center_T, extent.length, options, fine_only, stop, on_round);
+    return RefinePoses(ready, std::move(model), extent.length, options, fine_only, stop, on_round);
   };
 
+  // Free poses start from the axis that explains the measured ones best: directions that the shape does not show are then
+  // as good as the mean of all views, not as each single one.
   std::optional<Refinement> run;
-  if (options.model != Model::kFree) {
-    PoseModel turntable = PoseModel::Turntable(measured, angles, extent.center_T, extent.length, prior);
-    if (options.model == Model::kTurntable || turntable.misfit() <= kMaxMisfit) {
-      run = refine(std::move(turntable), false);
-    } else {
-      result.notes.push_back("the measured poses do not turn about one axis by the table's angles: views refined freely");
-    }
+  PoseModel turntable = PoseModel::Turntable(measured, angles, extent.center_T, extent.length, prior);
+  if (options.model == Model::kTurntable || turntable.misfit() <= kMaxMisfit) {
+    run = refine(std::move(turntable), false);
+  } else if (options.model == Model::kAuto) {
+    result.notes.push_back("the measured poses do not turn about one axis by the table's angles: views refined freely");
   }
-  if (!run) {
-    run = refine(PoseModel::Free(measured, extent.center_T, extent.length, prior), false);
+  if (!run || options.model == Model::kFree) {
+    run = refine(PoseModel::Free(run ? run->model.X_TS() : measured, extent.center_T, extent.length, prior), false);
   } else if (options.model == Model::kAuto) {
     Refinement free = refine(PoseModel::Free(run->model.X_TS(), extent.center_T, extent.length, prior), true);
     const double scale = run->scale, reach = std::min(options.max_distance, 10.0 * scale);

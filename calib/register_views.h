@@ -21,7 +21,7 @@ struct RegisterOptions {
   double prior_translation = 0.001;  // m, of the object's middle
   double prior_angle = 0.0009;       // rad, standard deviation of a table angle
   int rounds = 12;                   // of correspondence and solve
-  int samples = 3000;                // points a pair of views
+  int samples = 8000;                // points a pair of views at most, in the last rounds
   int threads = 0;
 };
 
@@ -47,6 +47,7 @@ struct RegistrationResult {
   // Turntable model: how far the sensor stood from where the calibration has it, against the axis (rad; m at center_T's
   // height on the axis), and the error of each table angle (rad). A drift of the calibration shows here.
   Eigen::Matrix<double, 6, 1> sensor_correction = Eigen::Matrix<double, 6, 1>::Zero();
+  Eigen::Matrix<double, 6, 6> sensor_covariance = Eigen::Matrix<double, 6, 6>::Zero();
   std::vector<double> angle_errors;
 };
 

@@ -31,18 +31,42 @@ Eigen::Matrix<T, 3, 1> InTable(const Eigen::Matrix<T, 3, 1>& p_S, const T* rotat
   return {T(c) * p.x() + T(s) * p.y(), T(-s) * p.x() + T(c) * p.y(), p.z()};
 }
 
+// The depth at which the ray meets the sphere less the depth read, over the noise of reading it. In the sensor's own scale: in
+// the corrected one a smaller scale would make the noise smaller, and least squares would choose it (0.2 % too small at a noise
+// of 0.2 mm). And along the ray: the distance from the sphere changes with the unknowns by an amount that shares its noise.
 struct SphereReturn {
   const SensorModel& sensor;
   RawReturn raw;
-  double angle, radius, noise;
+  double angle, radius, noise;  // noise: along the ray
   template <typename T>
   bool operator()(const T* correction, const T* rotation, const T* translation, const T* center, T* residual) const {
-    const auto p_T = InTable<T>(PointOf(sensor, correction, raw), rotation, translation, angle);
-    const Eigen::Map<const Eigen::Matrix<T, 3, 1>> center_T(center);
-    residual[0] = ((p_T - center_T).norm() - T(radius)) / T(noise);
+    const Eigen::Map<const Eigen::Quaternion<T>> R_ST(rotation);
+    const Eigen::Map<const Eigen::Matrix<T, 3, 1>> t_ST(translation), center_T(center);
+    const double c = std::cos(angle), s = std::sin(angle);
+    const Eigen::Matrix<T, 3, 1> turned(T(c) * center_T.x() - T(s) * center_T.y(), T(s) * center_T.x() + T(c) * center_T.y(),
+                                        center_T.z());
+    const Eigen::Matrix<T, 3, 1> center_S = R_ST * turned + t_ST;
+    const Eigen::Matrix<T, 3, 1> p = PointOf(sensor, correction, raw);
+    const bool perspective = sensor.projection == SensorModel::Projection::kPerspective;
+    const Eigen::Matrix<T, 3, 1> ray =
+        perspective ? Eigen::Matrix<T, 3, 1>(p.normalized()) : Eigen::Matrix<T, 3, 1>(T(0.0), T(0.0), T(1.0));
+    const Eigen::Matrix<T, 3, 1> arm = center_S - p;  // its part along the ray is how far behind the return the centre lies
+    const T along = arm.dot(ray);
+    const T half_chord = radius * radius - (arm.squaredNorm() - along * along);
+    // A ray that passes the sphere by while the solve goes on is taken as touching it.
+    const T least(1e-4 * radius * radius);
+    residual[0] = (sqrt(half_chord > least ? half_chord : least) - along) / (T(noise) * (T(1.0) + correction[0]));
     return true;
   }
 };
+
+// Cosine of ray and normal where a return's ray meets a sphere.
+double CosineOnSphere(const SensorModel& sensor, const RawReturn& raw, const Eigen::Vector3d& center_S, double radius) {
+  const Eigen::Vector3d ray = RayDirection(sensor, raw.column, raw.row);
+  const Eigen::Vector3d arm = center_S - Unproject(sensor, raw.column, raw.row, raw.depth);
+  const double off = (arm - ray * ray.dot(arm)).norm() / radius;
+  return std::sqrt(std::max(0.04, 1.0 - off * off));
+}
 
 struct TableReturn {
   const SensorModel& sensor;
@@ -51,7 +75,7 @@ struct TableReturn {
   template <typename T>
   bool operator()(const T* correction, const T* rotation, const T* translation, const T* plate, T* residual) const {
     const auto p_T = InTable<T>(PointOf(sensor, correction, raw), rotation, translation, angle);
-    residual[0] = (p_T.z() - plate[0] * p_T.x() - plate[1] * p_T.y()) / T(noise);
+    residual[0] = (p_T.z() - plate[0] * p_T.x() - plate[1] * p_T.y()) / (T(noise) * (T(1.0) + correction[0]));
     return true;
   }
 };
@@ -154,9 +178,11 @@ StationFit SolveStation(const SensorModel& sensor, const Pose& X_ST, const std::
   for (std::size_t k = 0; k < placements.size(); ++k) {
     for (const auto& sighting : placements[k].sightings) {
       for (const auto& raw : sighting.sphere) {
+        // Noise along the ray grows with the incidence; as it is at the start, so that no unknown can gain by it.
+        const double along_ray = noise / CosineOnSphere(sensor, raw, sighting.center_S, placements[k].radius);
         problem.AddResidualBlock(
             new ceres::AutoDiffCostFunction<SphereReturn, 1, 4, 4, 3, 3>(
-                new SphereReturn{sensor, raw, sighting.table_angle, placements[k].radius, noise}),
+                new SphereReturn{sensor, raw, sighting.table_angle, placements[k].radius, along_ray}),
             loss, fit.sensor.data(), q, t, fit.centers_T[k].data());
       }
       for (std::size_t i = 0; i < sighting.table.size(); i += 3) {

@@ -15,7 +15,7 @@ namespace {
 
 constexpr int kTrials = 400;
 constexpr std::size_t kCounted = 1200;
-constexpr std::size_t kMostReturns = 150;  // kept of sphere and of table
+constexpr std::size_t kMostReturns = 400;  // kept of sphere and of table
 constexpr std::size_t kFewestReturns = 60;
 constexpr double kNear = 0.0012;           // m from the sphere for a return to be of it, at first
 constexpr double kSizeTolerance = 0.1;
@@ -143,8 +143,10 @@ std::optional<TargetSighting> FindTarget(const Exposure& exposure, const Station
   const auto on_sphere = [&](const Eigen::Vector3d& center) {
     std::vector<Located> found;
     for (const auto& at : above) {
-      const Eigen::Vector3d normal = (at.p_S - center).normalized();
-      if (within(center, at.p_S) && -normal.dot(at.p_S.normalized()) > kLeastCosine) found.push_back(at);
+      // How squarely the sphere is met is taken from the ray alone: by the return's own place, noise would choose outer ones.
+      const Eigen::Vector3d ray = RayDirection(station.sensor, at.raw.column, at.raw.row), arm = center - at.p_S;
+      const double off = (arm - ray * ray.dot(arm)).norm() / radius;
+      if (within(center, at.p_S) && off < std::sqrt(1.0 - kLeastCosine * kLeastCosine)) found.push_back(at);
     }
     return found;
   };

@@ -33,6 +33,8 @@ struct Scene {
 // Reads a scene (TOML; config/scenes/ has samples). Paths of meshes are relative to the file. Throws FileError if it is
 // absent, ConfigError naming file, line and key if it says what cannot be.
 Scene ReadScene(const std::filesystem::path& path);
+// The same from text; paths of meshes are relative to `folder`.
+Scene ParseScene(const std::string& text, const std::filesystem::path& folder);
 
 // The true description as JSON text: parts with type, half sizes, taper, bend and pose in T, as `geon describe` names
 // them.

@@ -99,10 +99,7 @@ void RestOnTable(Scene& scene) {
   for (Scene::Body& body : scene.bodies) body.mesh = Transform(lift, body.mesh);
 }
 
-}  // namespace
-
-Scene ReadScene(const std::filesystem::path& path) {
-  const toml::table root = ReadToml(path);
+Scene ReadSceneTable(const toml::table& root, const std::filesystem::path& path) {
   TomlReader reader(root, path, "");
   Scene scene;
   scene.name = reader.Text("name", path.stem().string());
@@ -118,6 +115,14 @@ Scene ReadScene(const std::filesystem::path& path) {
   }
   if (rest) RestOnTable(scene);
   return scene;
+}
+
+}  // namespace
+
+Scene ReadScene(const std::filesystem::path& path) { return ReadSceneTable(ReadToml(path), path); }
+
+Scene ParseScene(const std::string& text, const std::filesystem::path& folder) {
+  return ReadSceneTable(ParseToml(text, "the scene"), folder / "scene");
 }
 
 }  // namespace geond::sim

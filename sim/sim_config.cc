@@ -33,6 +33,9 @@ void ReadSensor(TomlReader reader, StationOptions& options) {
   camera.mixed_pixel_probability = reader.Number("mixed_pixel_probability", 0.05, 0, 1);
   camera.mixed_pixel_jump = kMillimetre * reader.Number("mixed_pixel_jump_mm", 10, 0.1, 1000);
   camera.depth_quantum = kMillimetre * reader.Number("depth_quantum_mm", 0.02, 0, 10);
+  options.sensor_error.depth_scale = 0.01 * reader.Number("depth_scale_error_percent", 0, -10, 10);
+  options.sensor_error.depth_offset = kMillimetre * reader.Number("depth_offset_error_mm", 0, -20, 20);
+  options.sensor_error.focal = 0.01 * reader.Number("focal_error_percent", 0, -10, 10);
   options.exposure_time = Milliseconds(reader.Number("exposure_time_ms", 40, 0, 10000));
   reader.Finish();
 }

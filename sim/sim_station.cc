@@ -23,11 +23,29 @@ Pose AxisErrorPose(const AxisError& error) {
 }
 
 SimStation::SimStation(const Scene& scene, const StationOptions& options)
-    : scene_(scene), options_(options), geometry_(scene), motion_(options.turntable, 0.4) {
+    : options_(options),
+      true_sensor_(options.assumed.sensor),
+      scene_(scene),
+      geometry_(std::make_shared<const SceneGeometry>(scene)),
+      motion_(options.turntable, 0.4) {
   if (!(options.real_time_factor >= 0.0)) throw std::invalid_argument("SimStation: real_time_factor must be 0 or more");
+  true_sensor_.focal_u *= 1.0 + options.sensor_error.focal;
+  true_sensor_.focal_v *= 1.0 + options.sensor_error.focal;
 }
 
 SimStation::~SimStation() = default;
+
+Scene SimStation::scene() const {
+  const std::lock_guard lock(mutex_);
+  return scene_;
+}
+
+void SimStation::SetScene(const Scene& scene) {
+  auto geometry = std::make_shared<const SceneGeometry>(scene);
+  const std::lock_guard lock(mutex_);
+  scene_ = scene;
+  geometry_ = std::move(geometry);
+}
 
 SimStation::Time SimStation::now() const {
   const std::lock_guard lock(mutex_);
@@ -223,12 +241,19 @@ Pose SimStation::TrueSensorPose() const {
 
 RangeImage SimStation::TakeImage() {
   std::uint64_t frame;
+  std::shared_ptr<const SceneGeometry> geometry;
   {
     const std::lock_guard lock(mutex_);
     frame = frames_++;
+    geometry = geometry_;
   }
-  return TakeRangeImage(geometry_, options_.assumed.sensor, TrueSensorPose(), options_.camera, options_.seed, frame,
-                        options_.threads);
+  RangeImage image =
+      TakeRangeImage(*geometry, true_sensor_, TrueSensorPose(), options_.camera, options_.seed, frame, options_.threads);
+  const SensorError& error = options_.sensor_error;
+  if (error.depth_scale != 0.0 || error.depth_offset != 0.0) {
+    for (float& depth : image.depth) depth = static_cast<float>(depth * (1.0 + error.depth_scale) + error.depth_offset);
+  }
+  return image;
 }
 
 }  // namespace geond::sim

@@ -28,9 +28,17 @@ struct AxisError {
 // X_TwTt: pose of the true turntable frame in the one that the calibration assumes.
 Pose AxisErrorPose(const AxisError& error);
 
+// How the true rangefinder departs from the assumed sensor model.
+struct SensorError {
+  double depth_scale = 0.0;   // depth is read as depth * (1 + depth_scale) + depth_offset
+  double depth_offset = 0.0;  // m
+  double focal = 0.0;         // the true focal lengths are the assumed ones times 1 + focal
+};
+
 struct StationOptions {
   StationGeometry assumed = MakeStation();  // what calibration believes
   AxisError axis_error;
+  SensorError sensor_error;
   CameraOptions camera;
   TurntableOptions turntable;
   std::chrono::nanoseconds exposure_time = std::chrono::milliseconds(40);  // from trigger to frame
@@ -55,7 +63,9 @@ class SimStation {
   SimStation& operator=(const SimStation&) = delete;
 
   const StationOptions& options() const { return options_; }
-  const Scene& scene() const { return scene_; }
+  Scene scene() const;
+  // Puts something else on the table. Throws std::invalid_argument if the scene is impossible.
+  void SetScene(const Scene& scene);
 
   // --- time
   Time now() const;
@@ -108,10 +118,11 @@ class SimStation {
   void UpdateTo(Time time);  // mutex held
   void CutPowerIfNeeded();   // mutex held
 
-  const Scene scene_;
   const StationOptions options_;
-  const SceneGeometry geometry_;
+  SensorModel true_sensor_;
   mutable std::mutex mutex_;
+  Scene scene_;
+  std::shared_ptr<const SceneGeometry> geometry_;
   Time now_{0};
   std::multimap<Time, std::function<void()>> scheduled_;
   std::map<Device, Fault> faults_;

@@ -137,7 +137,8 @@ void SimTurntable::Home(std::stop_token stop) {
   }
   const SimStation::Time end = station_->now() + station_->options().homing_time;
   while (station_->now() < end && !stop.stop_requested()) station_->Advance(kTick);
-  Run("home", 0.0, stop);
+  const double start = station_->motor_angle();
+  Run("home", start - std::remainder(start, kTwoPi), stop);  // the next zero, however often the table has turned
   const std::lock_guard lock(mutex_);
   homed_ = true;
 }

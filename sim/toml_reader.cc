@@ -23,11 +23,15 @@ toml::table ReadToml(const std::filesystem::path& path) {
   if (!in || std::filesystem::is_directory(path) || !(text << in.rdbuf())) {
     throw FileError(path.string(), "read", "it does not exist or cannot be read", "Check the path and its permissions");
   }
+  return ParseToml(text.str(), path.string());
+}
+
+toml::table ParseToml(const std::string& text, const std::string& name) {
   try {
-    return toml::parse(text.str(), path.string());
+    return toml::parse(text, name);
   } catch (const toml::parse_error& error) {
     throw ConfigError(
-        path.string(),
+        name,
         "line " + std::to_string(error.source().begin.line) + ", column " + std::to_string(error.source().begin.column),
         std::string(error.description()), "Mend the TOML syntax there");
   }

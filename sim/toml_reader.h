@@ -17,6 +17,8 @@ namespace geond::sim {
 
 // Parses a TOML file. Throws FileError if it cannot be read, ConfigError naming file, line and column if it is no TOML.
 toml::table ReadToml(const std::filesystem::path& path);
+// The same from text; `name` stands for the file in errors. Throws ConfigError.
+toml::table ParseToml(const std::string& text, const std::string& name);
 
 // One table of a TOML file, read key by key. Every error is a ConfigError that names file, line and key. Finish()
 // refuses keys that nobody asked for, so that a misspelt key is not silently ignored.

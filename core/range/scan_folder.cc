@@ -138,6 +138,7 @@ void WriteScan(const RecordedScan& scan, const fs::path& folder, ScanImageFormat
   ScanDocument document;
   document.scan.station = scan.station;
   document.scan.has_table = scan.has_table;
+  document.scan.calibration = scan.calibration;
   document.scan.seed = scan.seed;
   document.scan.software = scan.software;
   for (std::size_t i = 0; i < scan.views.size(); ++i) {

@@ -26,6 +26,16 @@ struct StationGeometry {
 // X_TS of a view taken at a table angle (rad): X_TS = Inverse(X_WT * Rz(angle)) * X_WS.
 Pose SensorInTurntable(const StationGeometry& station, double table_angle);
 
+// Which station calibration a scan was made with. Station and images of the scan are as corrected by it: what the sensor
+// itself read is (depth - depth_offset) / depth_scale.
+struct UsedCalibration {
+  int number = 0;            // of the station's calibrations, counted from 1
+  std::string name, date;    // of the station; ISO 8601
+  double depth_scale = 1.0;
+  double depth_offset = 0.0;  // m
+  bool operator==(const UsedCalibration&) const = default;
+};
+
 // A scan as it lies on disk: a folder with scan.json and one range image a view (16-bit PNG of quantised depth with
 // scale and offset, or raw 32-bit floats), each with its SHA-256.
 struct RecordedScan {
@@ -36,6 +46,7 @@ struct RecordedScan {
     std::optional<Pose> X_TS_refined;  // absent until registered
   };
   StationGeometry station;
+  std::optional<UsedCalibration> calibration;  // absent: the station as configured
   bool has_table = true;  // false: a scan from elsewhere, no table plane and no axis to use
   std::vector<View> views;
   std::uint64_t seed = 0;  // of the simulation, 0 for a real station

@@ -254,6 +254,24 @@ StationGeometry StationFrom(const JsonField& field) {
   return station;
 }
 
+ordered_json CalibrationToJson(const UsedCalibration& calibration) {
+  return {{"number", calibration.number},
+          {"name", calibration.name},
+          {"date", calibration.date},
+          {"depth_scale", calibration.depth_scale},
+          {"depth_offset_mm", calibration.depth_offset * kMillimetres}};
+}
+
+UsedCalibration CalibrationFrom(const JsonField& field) {
+  UsedCalibration calibration;
+  calibration.number = static_cast<int>(field["number"].Integer(0, 1'000'000'000));
+  calibration.name = field["name"].Text();
+  calibration.date = field["date"].Text();
+  calibration.depth_scale = field["depth_scale"].Number(0.1, 10);
+  calibration.depth_offset = field["depth_offset_mm"].Number(-kFarthest, kFarthest) / kMillimetres;
+  return calibration;
+}
+
 RecordedScan::View ViewFrom(const JsonField& field, const SensorModel& station_sensor) {
   RecordedScan::View view;
   view.exposure.table_angle = field["angle_deg"].Number(-1e9, 1e9) / kDegrees;
@@ -271,6 +289,7 @@ std::string ScanToJson(const ScanDocument& document) {
   ordered_json root = {{"format", "geond scan"},      {"format_version", kScanFormatVersion},
                        {"software", scan.software},   {"seed", scan.seed},
                        {"has_table", scan.has_table}, {"station", StationToJson(scan.station)}};
+  if (scan.calibration) root["calibration"] = CalibrationToJson(*scan.calibration);
   if (document.truth_file) root["truth"] = {{"file", *document.truth_file}, {"sha256", document.truth_sha256}};
   root["views"] = ordered_json::array();
   for (std::size_t i = 0; i < scan.views.size(); ++i) {
@@ -304,6 +323,7 @@ ScanDocument ScanFromJson(const std::string& text, const std::string& file) {
   scan.seed = field["seed"].Unsigned();
   scan.has_table = field["has_table"].Boolean();
   scan.station = StationFrom(field["station"]);
+  if (field.Has("calibration")) scan.calibration = CalibrationFrom(field["calibration"]);
   std::set<std::string> names;
   const auto expect_new = [&](const JsonField& at, const std::string& name) {
     if (!names.insert(name).second) at.Fail("the file " + name + " is named twice");

@@ -7,9 +7,11 @@
 #include <numbers>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "core/base/parallel.h"
 #include "core/base/progress.h"
+#include "core/geometry/point_cloud.h"
 #include "core/surface/remesher.h"
 #include "core/surface/triangle_tree.h"
 
@@ -86,8 +88,40 @@ TriangleMesh RelaxOnto(const TriangleMesh& mesh, const SurfaceProjection& projec
   return remesher.mesh().ToMesh();
 }
 
-TriangleMesh Remesh(const TriangleMesh& mesh, const RemeshOptions& options, std::stop_token stop) {
-  CheckOptions(options);
+namespace {
+
+// A mesh in units of its own box, about its middle, rounded to 2^-28 of that: the same shape in metres and in millimetres is
+// then the same to the bit, and so is what is made of it, though ties between edges hang on the last bit.
+struct OwnUnits {
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();
+  double size = 1.0;  // m
+
+  explicit OwnUnits(const TriangleMesh& mesh) {
+    const Eigen::AlignedBox3d box = BoundingBox(mesh.vertices);
+    center = box.center();
+    size = box.diagonal().norm();
+    if (!(size > 0.0) || !std::isfinite(size)) throw std::invalid_argument("Remesh: the mesh has no area");
+  }
+  TriangleMesh From(TriangleMesh mesh) const {
+    constexpr double kSteps = 0x1p28;
+    for (Eigen::Vector3d& p : mesh.vertices) p = (((p - center) / size) * kSteps).array().round().matrix() / kSteps;
+    return mesh;
+  }
+  TriangleMesh Back(TriangleMesh mesh) const {
+    for (Eigen::Vector3d& p : mesh.vertices) p = center + size * p;
+    return mesh;
+  }
+};
+
+}  // namespace
+
+TriangleMesh Remesh(const TriangleMesh& mesh_in, const RemeshOptions& options_in, std::stop_token stop) {
+  CheckOptions(options_in);
+  WantedEdge(mesh_in, options_in);
+  const OwnUnits units(mesh_in);
+  const TriangleMesh mesh = units.From(mesh_in);
+  RemeshOptions options = options_in;
+  options.edge_length = options_in.edge_length / units.size;
   Remesher remesher(HalfEdgeMesh(mesh), WantedEdge(mesh, options), options.threads);
   remesher.MarkCreases(options.crease_angle);
 
@@ -116,7 +150,7 @@ TriangleMesh Remesh(const TriangleMesh& mesh, const RemeshOptions& options, std:
       result.triangle_seen[t] = mesh.triangle_seen[tree.Nearest(TriangleCentroid(result, static_cast<int>(t))).triangle];
     });
   }
-  return result;
+  return units.Back(std::move(result));
 }
 
 }  // namespace geond

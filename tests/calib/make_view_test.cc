@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "calib/table_shift.h"
 #include "tests/calib/synthetic_scan.h"
 
 namespace geond::calib {
@@ -108,6 +109,15 @@ TEST(FitTablePlane, KeepsTheCalibratedPlaneWithTooFewReturns) {
   const TablePlane plane = FitTablePlane(points);
   EXPECT_FALSE(plane.refined);
   EXPECT_EQ(plane.Height({0.1, 0.1, 0.5}), 0.5);
+}
+
+TEST(ShiftOntoTable, PutsTheTableTopThatWasSeenAtZero) {
+  auto views = MakeViews(SyntheticScan(BoxAndSphere(), 4, 0.0002));
+  for (RangeView& view : views) view.X_TS = Pose::Translation({0.0, 0.0, 0.0007}) * view.X_TS;
+  EXPECT_NEAR(ShiftOntoTable(views), -0.0007, 2e-5);
+  EXPECT_NEAR(ShiftOntoTable(views), 0.0, 1e-6);
+  for (RangeView& view : views) view.classes.assign(view.classes.size(), PixelClass::kNothing);
+  EXPECT_EQ(ShiftOntoTable(views), 0.0);
 }
 
 }  // namespace

@@ -123,6 +123,26 @@ TEST(RegisterViews, FindsTheAxisAgain) {
   EXPECT_NEAR(result.sensor_correction[1], -off[1], 8e-4);
 }
 
+TEST(RegisterViews, FindsTheAxisOfAnObjectThatStandsFarFromIt) {
+  SyntheticScene scene = BoxAndSphere();
+  const Eigen::Vector3d beside(0.045, -0.020, 0.0);
+  for (auto& box : scene.boxes) box.low += beside, box.high += beside;
+  for (auto& sphere : scene.spheres) sphere.center += beside;
+  const Start start = SyntheticStart(scene, 8, 0.0002);
+  Vector6d off;
+  off << 0.006, -0.005, 0.0, 0.0006, -0.0005, 0.0;
+  std::vector<Pose> wrong;
+  for (const auto& view : start.views) {
+    const Pose turn = Pose::Rotation(Eigen::Vector3d::UnitZ(), view.table_angle + 0.002 * std::sin(3.0 * view.table_angle));
+    wrong.push_back(Inverse(turn) * Moved(turn * view.X_TS, off, Middle(), 1.0));
+  }
+  RegisterOptions options;
+  options.model = Model::kTurntable;
+  const auto result = RegisterViews(StartingAt(start.views, wrong), options);
+  EXPECT_TRUE(result.summary.converged) << result.summary.message;
+  EXPECT_LT(ComparePoses(start.views, result.X_TS, start.truth).displacement_rms, 5e-5);
+}
+
 TEST(RegisterViews, MovesEachViewWhereTheTableDidNotTurnAsItSaid) {
   Start start = SyntheticStart(BoxAndSphere(), 8, 0.0002);
   // The object was lifted and put back a little elsewhere between views: no axis explains that.

@@ -147,5 +147,16 @@ TEST(Remesh, RefusesWhatItCannotDo) {
   EXPECT_THROW(Remesh(Cube(1.0), {.edge_length = 0.1}, stop.get_token()), Cancelled);
 }
 
+TEST(Remesh, IsTheSameInMetresAndInMillimetres) {
+  // Even steps all round: full of ties between edges.
+  const TriangleMesh torus = Torus(0.3, 0.1, 8, 6);
+  TriangleMesh small = torus;
+  for (Eigen::Vector3d& p : small.vertices) p *= 0.001;
+  const TriangleMesh a = Remesh(torus, {.triangles = 600}), b = Remesh(small, {.triangles = 600});
+  EXPECT_EQ(a.triangles, b.triangles);
+  ASSERT_EQ(a.vertices.size(), b.vertices.size());
+  for (std::size_t v = 0; v < a.vertices.size(); ++v) EXPECT_LT((0.001 * a.vertices[v] - b.vertices[v]).norm(), 1e-15);
+}
+
 }  // namespace
 }  // namespace geond
