@@ -126,6 +126,10 @@ Config ReadConfig(const std::filesystem::path& path) {
   std::ostringstream text;
   text << file.rdbuf();
   if (!file) throw FileError(path.string(), "read", "the configuration cannot be read", "Check path and permissions");
+  std::error_code unknown;
+  if ((std::filesystem::status(path, unknown).permissions() & std::filesystem::perms::others_write) != std::filesystem::perms::none) {
+    throw FileError(path.string(), "check", "others can change it", "Run chmod o-w on it");
+  }
   Config config = ParseConfig(text.str(), path.string());
   config.folder = std::filesystem::absolute(path).parent_path();
   return config;
@@ -149,12 +153,15 @@ void SetConfigKey(Config& config, const std::string& assignment) {
   } catch (const toml::parse_error& error) {
     throw ConfigError("--set", assignment, std::string(error.description()), "For example: --set scan.views=12");
   }
-  CheckConfig(config, "--set " + assignment);
 }
 
 void CheckConfig(const Config& config, const std::string& name) {
   if (config.store_folder.empty()) {
     throw ConfigError(name, "store.folder", "it is empty", "Name the folder that scans are kept in");
+  }
+  if (config.http_certificate.empty() != config.http_key.empty()) {
+    throw ConfigError(name, config.http_key.empty() ? "http.key" : "http.certificate", "TLS needs both http.certificate and http.key",
+                      "Name both files, or neither");
   }
 }
 

@@ -58,11 +58,13 @@ struct Config {
   int api_port = 7100;
   std::string api_tokens;
   int api_max_clients = 256;
+  int api_max_requests_per_s = 2000;
   int api_max_line_kb = 1024;
   int api_max_unread_kb = 8192;
 
   std::string http_address = "127.0.0.1";
   int http_port = 7180;
+  std::string http_certificate, http_key;
   std::string http_page = "/usr/share/geond/page";
 
   std::string robot_address = "127.0.0.1";
@@ -75,6 +77,9 @@ struct Config {
   double gripper_finger_thickness_mm = 10.0, gripper_clearance_mm = 4.0;
 
   std::string store_folder = "/var/lib/geond";
+  int store_max_age_days = 0;
+  double store_max_size_gb = 0.0;
+  int store_min_free_mb = 100;
 
   std::string log_level = "info";
 

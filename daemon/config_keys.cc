@@ -104,6 +104,8 @@ const std::vector<ConfigKey>& ConfigKeys() {
        "File of lines ROLE TOKEN (read, scan, admin) for clients over TCP and HTTP, relative to this file; empty: no tokens."},
       {"api.max_clients", At<&Config::api_max_clients>, 1, 10000, {},
        "Connections at once; one more is told so and closed."},
+      {"api.max_requests_per_s", At<&Config::api_max_requests_per_s>, 0, 1000000, {},
+       "A client that asks more often than this for long is told so instead of answered; 0: no limit.", true},
       {"api.max_line_kb", At<&Config::api_max_line_kb>, 1, 65536, {},
        "A longer request closes its connection."},
       {"api.max_unread_kb", At<&Config::api_max_unread_kb>, 64, 1048576, {},
@@ -113,6 +115,10 @@ const std::vector<ConfigKey>& ConfigKeys() {
        "Address of the page and of the same methods over HTTP. Other than loopback it needs api.tokens."},
       {"http.port", At<&Config::http_port>, -1, 65535, {},
        "TCP port of the page; 0: any free one; -1: none."},
+      {"http.certificate", At<&Config::http_certificate>, 0, 0, {},
+       "File of the TLS certificate (PEM, with its chain), relative to this file; with it the page is at https and wss only."},
+      {"http.key", At<&Config::http_key>, 0, 0, {},
+       "File of the certificate's private key (PEM), readable by geond alone."},
       {"http.page", At<&Config::http_page>, 0, 0, {},
        "Folder of the page's files, relative to this file."},
 
@@ -150,6 +156,12 @@ const std::vector<ConfigKey>& ConfigKeys() {
 
       {"store.folder", At<&Config::store_folder>, 0, 0, {},
        "Where scans are kept, one folder each."},
+      {"store.max_age_days", At<&Config::store_max_age_days>, 0, 36500, {},
+       "Scans that ended longer ago are removed, but for pinned ones and the newest description; 0: kept for ever.", true},
+      {"store.max_size_gb", At<&Config::store_max_size_gb>, 0, 1000000, {},
+       "When all scans together have more, the oldest are removed, but for the same; 0: no limit.", true},
+      {"store.min_free_mb", At<&Config::store_min_free_mb>, 0, 1000000, {},
+       "No scan begins while the disk has less left.", true},
 
       {"log.level", At<&Config::log_level>, 0, 0, {"trace", "debug", "info", "warning", "error"},
        "How much is logged.", true},

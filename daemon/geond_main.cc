@@ -5,11 +5,11 @@
 
 #include <CLI/CLI.hpp>
 #include <spdlog/spdlog.h>
-#include <spdlog/sinks/stdout_color_sinks.h>
 
 #include "core/base/error.h"
 #include "daemon/config.h"
 #include "daemon/hardware_station.h"
+#include "daemon/log.h"
 #include "daemon/open_station.h"
 #include "daemon/server.h"
 
@@ -20,14 +20,19 @@ using namespace geond::daemon;
 Config Configuration(const std::string& path, const std::vector<std::string>& settings) {
   Config config = path.empty() ? Config{} : ReadConfig(path);
   for (const std::string& setting : settings) SetConfigKey(config, setting);
+  if (!settings.empty()) CheckConfig(config, "--set");
   return config;
 }
 
 void Serve(const Config& config, const std::function<Config()>& reload) {
-  spdlog::set_level(spdlog::level::from_str(config.log_level));
+  OpenLog(config.log_level);
   Server server(config, OpenStation(config));
   spdlog::info("geond {} serves a {} station on {}:{}{}", GEOND_VERSION, config.station_kind, config.api_address, server.port(),
                config.api_unix_socket.empty() ? "" : " and " + config.api_unix_socket);
+  if (server.http_port() >= 0) {
+    spdlog::info("the page is at {}://{}:{}", config.http_certificate.empty() ? "http" : "https", config.http_address, server.http_port());
+  }
+  if (server.robot_port() >= 0) spdlog::info("robots ask on port {}", server.robot_port());
   server.Run(true, reload);
   spdlog::info("geond ends");
 }
@@ -51,7 +56,7 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", std::string("geond ") + GEOND_VERSION);
   app.add_option("--config", path, "Configuration file; without it, every key has its default");
   app.add_option("--set", settings, "Overrides one key: --set scan.views=12 (may be repeated)")->take_all();
-  app.add_flag("--check", check, "Only check the configuration");
+  app.add_flag("--check", check, "Only check the configuration and the files it names");
   app.add_flag("--safe-off", safe_off, "Only switch laser and motor off, as after a crash");
   app.add_flag("--print-config", print, "Only print the configuration in force, every key with its meaning");
   try {
@@ -60,11 +65,11 @@ int main(int argc, char** argv) {
     return app.exit(error) == 0 ? 0 : 2;
   }
   try {
-    spdlog::set_default_logger(spdlog::stderr_color_mt("geond"));
     const Config config = Configuration(path, settings);
     if (print) {
       std::cout << ConfigText(config);
     } else if (check) {
+      CheckNamedFiles(config);
       std::cout << (path.empty() ? "The defaults" : path) << ": fine\n";
     } else if (safe_off) {
       return SwitchOff(config);

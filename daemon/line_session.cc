@@ -54,7 +54,10 @@ void LineSession::Send(std::string line) {
   unsent_.push_back(std::move(line));
   if (unsent_bytes_ > limits_.max_unread) {
     spdlog::warn("a client leaves {} bytes unread and is dropped", unsent_bytes_);
-    Close();
+    if (events_.on_slow) events_.on_slow();
+    closing_ = true;
+    // Not from within the list of clients that may be walked just now.
+    asio::post(socket_.get_executor(), [self = shared_from_this()] { self->Close(); });
     return;
   }
   if (!writing_) Write();

@@ -26,6 +26,7 @@ class LineSession : public std::enable_shared_from_this<LineSession> {
   struct Events {
     std::function<void(std::string_view line)> on_line;  // without its newline
     std::function<void()> on_end;                        // once
+    std::function<void()> on_slow;                       // before it is dropped for leaving too much unread
     std::function<std::string()> too_long;               // what is said before a line that is closes the connection
   };
   LineSession(Socket socket, LineLimits limits) : socket_(std::move(socket)), limits_(limits) {}

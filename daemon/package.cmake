@@ -4,13 +4,16 @@ include(GNUInstallDirs)
 install(TARGETS geon geond RUNTIME DESTINATION bin)
 install(FILES ${PROJECT_SOURCE_DIR}/config/geond.toml ${PROJECT_SOURCE_DIR}/config/sim.toml DESTINATION /etc/geond)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/config/scenes DESTINATION /etc/geond FILES_MATCHING PATTERN "*.toml")
-install(FILES ${PROJECT_SOURCE_DIR}/systemd/geond.service DESTINATION /lib/systemd/system)
+install(FILES ${PROJECT_SOURCE_DIR}/systemd/geond.service ${PROJECT_SOURCE_DIR}/systemd/geond.socket DESTINATION /lib/systemd/system)
+install(FILES ${PROJECT_SOURCE_DIR}/systemd/grafana_dashboard.json ${PROJECT_SOURCE_DIR}/docs/operating.md ${PROJECT_SOURCE_DIR}/docs/api.md
+        DESTINATION share/doc/geond)
 install(FILES ${PROJECT_SOURCE_DIR}/systemd/geond.sysusers DESTINATION /usr/lib/sysusers.d RENAME geond.conf)
 install(FILES ${PROJECT_SOURCE_DIR}/systemd/geond.tmpfiles DESTINATION /usr/lib/tmpfiles.d RENAME geond.conf)
 install(FILES ${PROJECT_SOURCE_DIR}/systemd/60-geond.rules DESTINATION /lib/udev/rules.d)
 install(FILES ${PROJECT_SOURCE_DIR}/systemd/geon.bash-completion DESTINATION share/bash-completion/completions RENAME geon)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/docs/robots DESTINATION share/doc/geond)
-install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION share/doc/geond RENAME copyright OPTIONAL)
+install(FILES ${PROJECT_SOURCE_DIR}/systemd/debian/copyright DESTINATION share/doc/geond)
+install(FILES ${PROJECT_SOURCE_DIR}/systemd/debian/lintian-overrides DESTINATION share/lintian/overrides RENAME geond)
 
 install(DIRECTORY ${CMAKE_BINARY_DIR}/page/ DESTINATION share/geond/page FILES_MATCHING PATTERN "*.js" PATTERN "*.css" PATTERN "*.html"
         PATTERN npm EXCLUDE)
@@ -24,7 +27,11 @@ foreach(page geon.1 geond.8)
   list(APPEND man_pages ${CMAKE_CURRENT_BINARY_DIR}/${page}.gz)
   install(FILES ${CMAKE_CURRENT_BINARY_DIR}/${page}.gz DESTINATION share/man/man${section})
 endforeach()
-add_custom_target(man_pages ALL DEPENDS ${man_pages})
+add_custom_command(OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/changelog.gz
+                   COMMAND ${GZIP} -9nc ${PROJECT_SOURCE_DIR}/systemd/debian/changelog > ${CMAKE_CURRENT_BINARY_DIR}/changelog.gz
+                   DEPENDS ${PROJECT_SOURCE_DIR}/systemd/debian/changelog)
+install(FILES ${CMAKE_CURRENT_BINARY_DIR}/changelog.gz DESTINATION share/doc/geond)
+add_custom_target(man_pages ALL DEPENDS ${man_pages} ${CMAKE_CURRENT_BINARY_DIR}/changelog.gz)
 
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME geond)

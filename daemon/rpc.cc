@@ -139,6 +139,7 @@ std::string_view RpcErrorName(Code code) {
     case Code::kStorage: return "storage";
     case Code::kTooLarge: return "too_large";
     case Code::kScanFailed: return "scan_failed";
+    case Code::kRateLimited: return "rate_limited";
   }
   return "internal";
 }
@@ -147,7 +148,8 @@ const std::vector<Code>& RpcErrorCodes() {
   static const std::vector<Code> codes = {
       Code::kParse, Code::kInvalidRequest, Code::kNoSuchMethod, Code::kInvalidParams, Code::kInternal, Code::kBusy,
       Code::kNotFound, Code::kUnsafe, Code::kDeviceFailed, Code::kCancelled, Code::kForbidden, Code::kTooManyClients,
-      Code::kUnavailable, Code::kStorage, Code::kTooLarge, Code::kScanFailed};
+      Code::kUnavailable, Code::kStorage, Code::kTooLarge, Code::kScanFailed,
+      Code::kRateLimited};
   return codes;
 }
 
@@ -159,6 +161,24 @@ std::string_view RoleName(Role role) {
     case Role::kAdmin: return "admin";
   }
   return "none";
+}
+
+Json RequestId(std::string_view line) {
+  const Json request = Json::parse(line, nullptr, false);
+  if (!request.is_object() || !request.contains("id")) return nullptr;
+  const Json& id = request["id"];
+  return id.is_number_integer() || id.is_string() ? id : Json();
+}
+
+Json RpcSchema(std::initializer_list<std::pair<const char*, const char*>> properties) {
+  Json schema = {{"type", "object"}, {"properties", Json::object()}};
+  for (const auto& [name, type] : properties) schema["properties"][name] = {{"type", type}};
+  return schema;
+}
+
+RpcParameter ScanIdParameter(bool required) {
+  return {"scan", "integer", required ? "Number of the scan" : "Number of the scan; without it the last one", required, 1,
+          1e9, {}};
 }
 
 void RpcTable::Add(RpcMethod method) {
@@ -244,7 +264,16 @@ std::string ApiReference(const Json& document) {
   std::string page =
       "# The socket API of geond\n\n"
       "JSON-RPC 2.0, one object a line. The service greets each connection with a line that names its version. Events come\n"
-      "as notifications named `event` once `events.subscribe` was called.\n\n## Methods\n";
+      "as notifications named `event` once `events.subscribe` was called. Errors carry a stable code and name, a sentence, and what\n"
+      "to do.\n\n## Over HTTP\n\n"
+      "| request | answer |\n|---|---|\n"
+      "| `POST /rpc` | the same methods, a request a body (`application/json`) |\n"
+      "| `GET /ws` | a WebSocket: a request a message, answers and events as messages |\n"
+      "| `GET /scans/7/NAME` | a file of a done scan, with Range and ETag: `description.json`, `grasps.json`, `cloud.ply`, `mesh.ply`, `picture.png`, `scan.json` and the range images it names |\n"
+      "| `GET /scans/7.zip` | the whole scan |\n"
+      "| `POST /scans` | takes in such an archive as a new scan (role admin) |\n"
+      "| `GET /metrics` | counters and gauges for Prometheus |\n\n"
+      "Where there are tokens: `Authorization: Bearer TOKEN`, or `auth.login` on a WebSocket or a TCP connection.\n\n## Methods\n";
   for (const Json& method : document.at("methods")) {
     page += "\n### " + text(method["name"]) + "\n\n" + text(method["summary"]) + " Role: " + text(method["x-role"]) + ".\n";
     if (!method["params"].empty()) page += "\n| parameter | type | | meaning |\n|---|---|---|---|\n";

@@ -12,6 +12,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "daemon/rate_limit.h"
+
 // JSON-RPC 2.0, one object a line: the table of methods, and what becomes of a line.
 namespace geond::daemon {
 
@@ -24,6 +26,7 @@ class RpcError : public std::runtime_error {
     kParse = -32700, kInvalidRequest = -32600, kNoSuchMethod = -32601, kInvalidParams = -32602, kInternal = -32603,
     kBusy = 1001, kNotFound = 1002, kUnsafe = 1003, kDeviceFailed = 1004, kCancelled = 1005, kForbidden = 1006,
     kTooManyClients = 1007, kUnavailable = 1008, kStorage = 1009, kTooLarge = 1010, kScanFailed = 1011,
+    kRateLimited = 1012,
   };
   RpcError(Code code, const std::string& sentence, std::string remedy = {})
       : std::runtime_error(sentence), code_(code), remedy_(std::move(remedy)) {}
@@ -54,6 +57,8 @@ struct Client {
   Role role = Role::kAdmin;
   bool subscribed = false;
   std::function<void(std::string line)> send;  // without the newline; empty for a request that stands alone (HTTP)
+  RateLimit rate;
+  int wrong_logins = 0;
 };
 
 using Answer = std::variant<Json, RpcError>;
@@ -68,6 +73,10 @@ struct RpcParameter {
   std::vector<std::string> choices;  // of a string, if any
 };
 
+// The schema of an object with these properties; and the number of a scan as a parameter, by default the last.
+Json RpcSchema(std::initializer_list<std::pair<const char*, const char*>> properties);
+RpcParameter ScanIdParameter(bool required);
+
 struct RpcMethod {
   std::string name;          // "scan.start"
   Role role = Role::kRead;
@@ -77,6 +86,9 @@ struct RpcMethod {
   // May answer at once or later; may throw RpcError instead. `params` has been checked against `parameters`.
   std::function<void(const Json& params, Client& client, const Reply& reply)> run;
 };
+
+// The id of a request, null if it has none that could be answered to.
+Json RequestId(std::string_view line);
 
 // All methods: dispatch, discovery and reference come from this one table.
 class RpcTable {

@@ -4,7 +4,9 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "calib/calibration_drift.h"
 #include "calib/make_view.h"
+#include "calib/table_shift.h"
 
 namespace geond::daemon {
 namespace {
@@ -25,6 +27,19 @@ std::vector<Exposure> Acquire(Station& station, const ScanPlan& plan, const Expo
   return exposures;
 }
 
+// The exposures as a scan, as the station's calibration corrects them.
+RecordedScan Recorded(std::vector<Exposure> exposures, const StationGeometry& station,
+                      const std::optional<calib::StationCalibration>& calibration) {
+  RecordedScan scan;
+  scan.station = station;
+  scan.software = GEOND_VERSION;
+  for (Exposure& exposure : exposures) {
+    const Pose X_TS = SensorInTurntable(station, exposure.table_angle);
+    scan.views.push_back({std::move(exposure), station.sensor, X_TS, std::nullopt});
+  }
+  return calibration ? Corrected(scan, *calibration) : scan;
+}
+
 }  // namespace
 
 ScanResult RunScan(Station& station, const ScanPlan& plan, const ExposureKeeper& keep, std::stop_token stop,
@@ -35,21 +50,21 @@ ScanResult RunScan(Station& station, const ScanPlan& plan, const ExposureKeeper&
     if (on_step) on_step(name, done, total);
   };
   ScanResult result;
-  const std::vector<Exposure> exposures = Acquire(station, plan, keep, stop, on_step);
-  for (const Exposure& exposure : exposures) {
+  result.scan = Recorded(Acquire(station, plan, keep, stop, on_step), station.geometry(), plan.calibration);
+  for (const RecordedScan::View& view : result.scan.views) {
     step("calibrate", static_cast<int>(result.views.size()), plan.views);
-    result.views.push_back(calib::MakeView(exposure, station.geometry(), plan.normals, plan.registering.threads));
+    result.views.push_back(calib::MakeView(view.exposure, result.scan.station, plan.normals, plan.registering.threads));
   }
   step("register", 0, 0);
   result.registration = calib::RegisterViews(result.views, plan.registering, stop, on_step);
-
-  result.scan.station = station.geometry();
-  result.scan.software = GEOND_VERSION;
-  for (std::size_t i = 0; i < exposures.size(); ++i) {
-    result.views[i].X_TS = result.registration.X_TS[i];
-    result.scan.views.push_back({exposures[i], station.geometry().sensor, result.views[i].X_TS_measured,
-                                 result.registration.X_TS[i]});
+  if (plan.calibration) {
+    for (auto& note : calib::CalibrationDrift(result.registration, *plan.calibration)) {
+      result.registration.notes.push_back(std::move(note));
+    }
   }
+  for (std::size_t i = 0; i < result.views.size(); ++i) result.views[i].X_TS = result.registration.X_TS[i];
+  calib::ShiftOntoTable(result.views);
+  for (std::size_t i = 0; i < result.views.size(); ++i) result.scan.views[i].X_TS_refined = result.views[i].X_TS;
   return result;
 }
 

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <stop_token>
 #include <vector>
 
+#include "calib/calibrate.h"
 #include "calib/register_views.h"
 #include "core/base/progress.h"
 #include "core/range/range_view.h"
@@ -19,6 +21,7 @@ struct ScanPlan {
   std::vector<Exposure> taken;      // of an earlier run that was cut short: the first views, not taken again
   calib::RegisterOptions registering;
   NormalOptions normals;
+  std::optional<calib::StationCalibration> calibration;  // absent: the station as configured
 };
 
 // Told of each exposure as it is taken, on the device thread, before the next one begins: puts it where it is safe. What it
@@ -26,7 +29,7 @@ struct ScanPlan {
 using ExposureKeeper = std::function<void(int view, const Exposure& exposure)>;
 
 struct ScanResult {
-  RecordedScan scan;                // with refined poses
+  RecordedScan scan;                // with refined poses; images as the calibration corrects them
   std::vector<RangeView> views;     // registered
   calib::RegistrationResult registration;
 };

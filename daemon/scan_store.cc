@@ -1,189 +1,247 @@
 // SPDX-License-Identifier: Apache-2.0
-// A scan's folder holds, in the order they come to be: journal.json (what was asked for), view_000.exposure and so on,
-// then scan.json with its images, cloud.ply, mesh.ply, picture.png, and last description.json; then the exposures go.
-// outcome.json says why there is no description.
 #include "daemon/scan_store.h"
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdio>
-#include <utility>
+#include <cstring>
+#include <map>
 
-#include <nlohmann/json.hpp>
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/statvfs.h>
+#include <unistd.h>
 
 #include "core/base/error.h"
-#include "core/geometry/mesh_files.h"
-#include "core/model_picture.h"
 #include "daemon/durable_file.h"
-#include "daemon/exposure_file.h"
 
 namespace geond::daemon {
 namespace {
 
 namespace fs = std::filesystem;
-using nlohmann::json;
 
-std::string Numbered(const char* format, int number) {
-  char text[32];
-  std::snprintf(text, sizeof text, format, number);
-  return text;
-}
-
-fs::path ViewFile(const fs::path& folder, int view) { return folder / Numbered("view_%03d.exposure", view); }
-
-json ReadJson(const fs::path& path) {
-  json value = json::parse(ReadWhole(path), nullptr, false);
-  if (!value.is_object()) throw FileError(path.string(), "parse", "it is not a JSON object", "Delete the scan");
-  return value;
-}
+constexpr char kDiscarded[] = ".deleted";
 
 void MakeFolder(const fs::path& folder) {
   std::error_code error;
   fs::create_directories(folder, error);
-  if (error) throw FileError(folder.string(), "make folder", error.message(), "Check store.folder and its permissions");
+  if (error)
+    throw FileError(folder.string(), "make folder", error.message(), "Check store.folder, its disk and permissions");
 }
 
-ScanState StateFromName(const std::string& name) {
-  for (const ScanState state : {ScanState::kFailed, ScanState::kCancelled}) {
-    if (ScanStateName(state) == name) return state;
-  }
-  return ScanState::kInterrupted;
-}
-
-// What a folder says of itself; a running scan reads as interrupted.
-ScanSummary ReadSummary(const fs::path& folder, int id) {
-  const json journal = ReadJson(folder / "journal.json");
-  ScanSummary scan;
-  scan.id = id;
-  scan.views = journal.value("views", 0);
-  scan.first_angle = journal.value("first_angle_rad", 0.0);
-  scan.label = journal.value("label", "");
-  if (fs::exists(folder / "description.json")) {
-    scan.state = ScanState::kDone;
-    scan.views_taken = scan.views;
-    const json description = ReadJson(folder / "description.json");
-    for (const json& part : description.at("parts")) scan.types.push_back(part.at("type"));
-    scan.n_parts = static_cast<int>(scan.types.size());
-    scan.finished = std::chrono::system_clock::time_point(std::chrono::seconds(ModifiedAt(folder / "description.json")));
-    return scan;
-  }
-  scan.state = ScanState::kInterrupted;
-  if (fs::exists(folder / "outcome.json")) {
-    const json outcome = ReadJson(folder / "outcome.json");
-    scan.state = StateFromName(outcome.value("state", ""));
-    scan.error = outcome.value("error", "");
-  }
-  while (fs::exists(ViewFile(folder, scan.views_taken))) ++scan.views_taken;
-  return scan;
+// The number that a scan's folder is named for; 0: it is none.
+int NumberOf(const std::string& name) {
+  if (name.size() < 6 || name.size() > 9 || name.find_first_not_of("0123456789") != std::string::npos) return 0;
+  return std::stoi(name);
 }
 
 }  // namespace
 
-std::string_view ScanStateName(ScanState state) {
-  switch (state) {
-    case ScanState::kRunning: return "running";
-    case ScanState::kInterrupted: return "interrupted";
-    case ScanState::kFailed: return "failed";
-    case ScanState::kCancelled: return "cancelled";
-    case ScanState::kDone: return "done";
-  }
-  return "interrupted";
-}
-
-void ScanRecorder::KeepView(int view, const Exposure& exposure) const {
-  WriteDurably(ViewFile(folder_, view), EncodeExposure(exposure));
-}
-
-void ScanRecorder::Finish(const RecordedScan& scan, const ObjectModel& model, bool picture) const {
-  WriteScan(scan, folder_);
-  WriteCloud(model.cloud, folder_ / "cloud.ply");
-  WriteMesh(model.mesh, folder_ / "mesh.ply",
-            {{"charge", model.charge.density},
-             {"part", {model.segmentation.labels.begin(), model.segmentation.labels.end()}}});
-  if (picture) WritePng(ModelPicture(model), folder_ / "picture.png");
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder_)) {
-    if (entry.is_regular_file()) SyncFile(entry.path());
-  }
-  WriteDurably(folder_ / "description.json", ToJson(model.description));
-  std::error_code ignored;  // what stays behind is only unneeded
-  fs::remove(folder_ / "outcome.json", ignored);
-  for (int view = 0; fs::remove(ViewFile(folder_, view), ignored); ++view) {
-  }
-}
-
-void ScanRecorder::KeepGrasps(const std::string& grasps) const { WriteDurably(folder_ / "grasps.json", grasps); }
-
-void ScanRecorder::Abandon(ScanState state, const std::string& error) const {
-  WriteDurably(folder_ / "outcome.json", json{{"state", ScanStateName(state)}, {"error", error}}.dump(2));
-}
-
-std::vector<Exposure> ScanRecorder::Views() const {
-  std::vector<Exposure> exposures;
-  for (int view = 0; fs::exists(ViewFile(folder_, view)); ++view) {
-    try {
-      exposures.push_back(DecodeExposure(ReadWhole(ViewFile(folder_, view)), ViewFile(folder_, view).string()));
-    } catch (const FileError&) {
-      break;  // it and those after it are taken again
-    }
-  }
-  return exposures;
-}
-
-ScanStore::ScanStore(const fs::path& folder) : folder_(folder) {
+ScanStore::ScanStore(const fs::path& folder, StoreLimits limits) : folder_(folder), limits_(limits) {
   MakeFolder(folder_);
+  Lock();
+  try {
+    index_ = std::make_unique<ScanIndex>(folder_ / "index.sqlite");
+    Reconcile();
+  } catch (...) {
+    close(lock_);
+    throw;
+  }
+}
+
+ScanStore::~ScanStore() {
+  index_.reset();
+  close(lock_);
+}
+
+// Two programs would give the same number to two scans.
+void ScanStore::Lock() {
+  lock_ = open(folder_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (lock_ < 0)
+    throw FileError(folder_.string(), "open", std::strerror(errno), "Check store.folder and its permissions");
+  if (flock(lock_, LOCK_EX | LOCK_NB) == 0) return;
+  close(lock_);
+  throw FileError(folder_.string(), "lock", "another geond uses it", "Stop that one, or set another store.folder");
+}
+
+// Whether the folder contradicts what the index knows of a scan; asks for names only.
+bool ScanStore::IsStale(const ScanSummary& known) const {
+  const fs::path folder = Folder(known.id);
+  return known.state == ScanState::kRunning ||
+         (known.state == ScanState::kDone) != fs::exists(folder / "description.json") ||
+         known.pinned != fs::exists(folder / "pinned");
+}
+
+void ScanStore::Reconcile() {
+  std::error_code ignored;
+  fs::remove_all(ImportFolder(), ignored);
+  fs::remove_all(folder_ / "export", ignored);
+  std::map<int, ScanSummary> known;
+  for (ScanSummary& scan : index_->List({0, std::size_t{1} << 31, false})) known[scan.id] = std::move(scan);
+  std::vector<fs::path> discarded;
+  std::vector<int> stale;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder_)) {
     const std::string name = entry.path().filename().string();
-    if (!entry.is_directory() || name.size() < 6 || name.find_first_not_of("0123456789") != std::string::npos) continue;
-    const int id = std::stoi(name);
-    last_id_ = std::max(last_id_, id);
-    if (fs::exists(entry.path() / "journal.json")) Refresh(id);
+    if (name.ends_with(kDiscarded)) discarded.push_back(entry.path());
+    const int id = NumberOf(name);
+    if (id == 0 || !entry.is_directory(ignored)) continue;
+    greatest_ = std::max(greatest_, id);
+    if (!fs::exists(entry.path() / "journal.json")) {
+      // Begun and never acknowledged; what else may lie there is not ours to remove.
+      fs::remove(entry.path() / "journal.json.part", ignored);
+      fs::remove(entry.path(), ignored);
+      continue;
+    }
+    const auto found = known.find(id);
+    if (found == known.end() || IsStale(found->second)) stale.push_back(id);
+    if (found != known.end()) known.erase(found);
   }
+  for (const fs::path& path : discarded) fs::remove_all(path, ignored);
+  if (!stale.empty() || !known.empty()) {
+    index_->BeginChanges();
+    for (const int id : stale) {
+      ScanRecorder(Folder(id)).Tidy();
+      index_->Put(ReadSummary(Folder(id), id));
+    }
+    for (const auto& [id, gone] : known) index_->Remove(id);
+    index_->EndChanges();
+  }
+  newest_ = index_->Newest(false);
+  newest_done_ = index_->Newest(true);
+  greatest_ = std::max(greatest_, index_->GreatestEver());
 }
 
-fs::path ScanStore::Folder(int id) const { return folder_ / Numbered("%06d", id); }
+fs::path ScanStore::Folder(int id) const {
+  char name[16];
+  std::snprintf(name, sizeof name, "%06d", id);
+  return folder_ / name;
+}
+
+fs::path ScanStore::ExportFile(int id) const { return folder_ / "export" / (Folder(id).filename().string() + ".zip"); }
+
+std::optional<ScanSummary> ScanStore::Find(int id) const {
+  std::optional<ScanSummary> scan = index_->Find(id);
+  // The index could not be told how it ended, on a full disk perhaps; its folder knows.
+  if (scan && scan->state == ScanState::kRunning && id != running_) return ReadSummary(Folder(id), id);
+  return scan;
+}
+
+void ScanStore::Put(const ScanSummary& scan) {
+  index_->Put(scan);
+  newest_ = std::max(newest_, scan.id);
+  if (scan.state == ScanState::kDone) newest_done_ = std::max(newest_done_, scan.id);
+}
+
+int ScanStore::NextId() {
+  greatest_ = std::max(greatest_, newest_) + 1;
+  return greatest_;
+}
+
+std::uint64_t ScanStore::free_bytes() const {
+  struct statvfs disk {};
+  if (statvfs(folder_.c_str(), &disk) != 0) return 0;
+  return static_cast<std::uint64_t>(disk.f_bavail) * disk.f_frsize;
+}
+
+void ScanStore::RefuseIfFull() const {
+  if (free_bytes() >= limits_.min_free) return;
+  throw FileError(folder_.string(), "begin scan",
+                  "its disk has only " + std::to_string(free_bytes() >> 20) + " MB left",
+                  "Delete or export old scans, or lower store.min_free_mb");
+}
 
 ScanRecorder ScanStore::Begin(int views, double first_angle, const std::string& label) {
-  ScanSummary scan;
-  scan.id = std::max(last_id_, 0) + 1;
-  scan.views = views;
-  scan.first_angle = first_angle;
-  scan.label = label;
-  const fs::path folder = Folder(scan.id);
-  MakeFolder(folder);
-  SyncFolder(folder_);
-  WriteDurably(folder / "journal.json",
-               json{{"views", views}, {"first_angle_rad", first_angle}, {"label", label}, {"software", GEOND_VERSION}}
-                   .dump(2, ' ', false, json::error_handler_t::replace));
-  last_id_ = scan.id;
-  scans_[scan.id] = scan;
-  return ScanRecorder(folder);
+  RefuseIfFull();
+  const int id = NextId();
+  ScanRecorder recorder(Folder(id));
+  MakeFolder(recorder.folder());
+  try {
+    SyncFolder(folder_);
+    recorder.KeepPlan(views, first_angle, label);
+    ScanSummary scan = ReadSummary(recorder.folder(), id);
+    scan.state = ScanState::kRunning;
+    Put(scan);
+  } catch (const FileError&) {
+    std::error_code ignored;
+    fs::remove_all(recorder.folder(), ignored);
+    throw;
+  }
+  running_ = id;
+  return recorder;
 }
 
 ScanRecorder ScanStore::Resume(int id) {
-  scans_.at(id).state = ScanState::kRunning;
-  scans_.at(id).error.clear();
-  return ScanRecorder(Folder(id));
+  RefuseIfFull();
+  ScanRecorder recorder(Folder(id));
+  recorder.Tidy();
+  std::error_code ignored;
+  fs::remove(recorder.folder() / "outcome.json", ignored);
+  ScanSummary scan = ReadSummary(recorder.folder(), id);
+  scan.state = ScanState::kRunning;
+  Put(scan);
+  running_ = id;
+  return recorder;
 }
 
 void ScanStore::Refresh(int id) {
-  try {
-    scans_[id] = ReadSummary(Folder(id), id);
-  } catch (const std::exception& error) {
-    ScanSummary broken;
-    broken.id = id;
-    broken.state = ScanState::kFailed;
-    broken.error = error.what();
-    scans_[id] = broken;
+  if (running_ == id) running_ = 0;
+  Put(ReadSummary(Folder(id), id));
+}
+
+void ScanStore::Pin(int id, bool pinned) {
+  ScanRecorder(Folder(id)).Pin(pinned);
+  ScanSummary scan = ReadSummary(Folder(id), id);
+  if (id == running_) scan.state = ScanState::kRunning;
+  Put(scan);
+}
+
+fs::path ScanStore::Discard(int id) {
+  const fs::path folder = Folder(id);
+  fs::path discarded = folder;
+  discarded += kDiscarded;
+  std::error_code error;
+  fs::rename(folder, discarded, error);
+  if (error && error != std::errc::no_such_file_or_directory) {
+    throw FileError(folder.string(), "delete", error.message(), "Check the permissions");
   }
+  SyncFolder(folder_);
+  fs::remove(ExportFile(id), error);
+  index_->Remove(id);
+  if (id == newest_) newest_ = index_->Newest(false);
+  if (id == newest_done_) newest_done_ = index_->Newest(true);
+  return discarded;
 }
 
 void ScanStore::Delete(int id) {
-  // Without its journal it is no scan any more, whatever a crash leaves of the rest.
+  const fs::path discarded = Discard(id);
   std::error_code error;
-  fs::remove(Folder(id) / "journal.json", error);
-  if (!error) SyncFolder(Folder(id));
-  if (!error) fs::remove_all(Folder(id), error);
-  if (error) throw FileError(Folder(id).string(), "delete", error.message(), "Check the permissions");
-  scans_.erase(id);
+  fs::remove_all(discarded, error);
+  if (error) throw FileError(discarded.string(), "delete", error.message(), "Check the permissions");
+}
+
+int ScanStore::Adopt(const fs::path& folder) {
+  const int id = NextId();
+  std::error_code error;
+  fs::rename(folder, Folder(id), error);
+  if (error) throw FileError(folder.string(), "take in", error.message(), "Check the disk");
+  SyncFolder(folder_);
+  Put(ReadSummary(Folder(id), id));
+  return id;
+}
+
+std::vector<int> ScanStore::Expired(std::chrono::system_clock::time_point now) const {
+  std::vector<int> expired;
+  if (limits_.max_age.count() == 0 && limits_.max_bytes == 0) return expired;
+  std::uint64_t held = bytes();
+  for (const ScanSummary& scan : index_->Removable()) {
+    if (scan.id == newest_done_ || scan.id == running_) continue;
+    const bool too_old = limits_.max_age.count() > 0 && now - scan.ended > limits_.max_age;
+    const bool too_much = limits_.max_bytes > 0 && held > limits_.max_bytes;
+    if (!too_old && !too_much) continue;
+    expired.push_back(scan.id);
+    held -= std::min(held, scan.bytes);
+  }
+  return expired;
 }
 
 std::string ScanStore::Description(int id) const { return ReadWhole(Folder(id) / "description.json"); }

@@ -12,6 +12,7 @@
 #include "daemon/robot/allow_list.h"
 #include "daemon/robot/robot_protocol.h"
 #include "daemon/service.h"
+#include "sim/sim_config.h"
 
 namespace geond::daemon {
 
@@ -30,6 +31,8 @@ void RemoveStaleSocket(asio::io_context& io, const std::string& path) {
   }
   if (std::filesystem::is_socket(path)) std::filesystem::remove(path);
 }
+
+constexpr auto kHousekeeping = std::chrono::minutes(5);
 
 Json ErrorLine(const RpcError& error) { return {{"jsonrpc", "2.0"}, {"id", nullptr}, {"error", error.ToJson()}}; }
 
@@ -67,6 +70,7 @@ struct Server::Parts {
   asio::posix::stream_descriptor lines{io};
   asio::steady_timer lines_timer{io}, manager_timer{io};
   asio::signal_set signals{io};
+  std::chrono::steady_clock::time_point next_housekeeping{};
   std::uint64_t connections = 0;
 };
 
@@ -82,6 +86,15 @@ void Listen(asio::ip::tcp::acceptor& acceptor, const asio::ip::address& address,
   } catch (const boost::system::system_error& failure) {
     throw ConfigError("geond.toml", key, std::to_string(port) + " cannot be used: " + failure.code().message(),
                       "Another program listens there; choose another port, or 0 for any");
+  }
+}
+
+// The networks that robots may come from; a mistake in them is fatal.
+AllowList Networks(const Config& config) {
+  try {
+    return AllowList(config.robot_allow);
+  } catch (const std::invalid_argument& wrong) {
+    throw ConfigError("geond.toml", "robot.allow", wrong.what(), "Write networks as \"192.168.1.0/24, 10.0.0.7\"");
   }
 }
 
@@ -105,11 +118,7 @@ void Server::Parts::ListenTcp(const Config& config) {
 
 void Server::Parts::ListenRobot(const Config& config) {
   if (config.robot_port < 0) return;
-  try {
-    robots = AllowList(config.robot_allow);
-  } catch (const std::invalid_argument& wrong) {
-    throw ConfigError("geond.toml", "robot.allow", wrong.what(), "Write networks as \"192.168.1.0/24, 10.0.0.7\"");
-  }
+  robots = Networks(config);
   const asio::ip::address address = Address(config.robot_address, "robot.address");
   if (!address.is_loopback() && robots.empty()) {
     throw ConfigError("geond.toml", "robot.allow", "it is empty, but " + config.robot_address + " can be reached from outside",
@@ -120,6 +129,13 @@ void Server::Parts::ListenRobot(const Config& config) {
 
 void Server::Parts::ListenUnix(const Config& config) {
   if (config.api_unix_socket.empty()) return;
+  // The service manager may have made it already; then it is its own to remove.
+  for (int fd = SD_LISTEN_FDS_START, end = fd + std::max(0, sd_listen_fds(0)); fd < end; ++fd) {
+    if (sd_is_socket_unix(fd, SOCK_STREAM, 1, config.api_unix_socket.c_str(), 0) > 0) {
+      local.assign(asio::local::stream_protocol(), dup(fd));
+      return;
+    }
+  }
   local_path = config.api_unix_socket;
   try {
     RemoveStaleSocket(io, local_path);
@@ -156,11 +172,12 @@ void Server::Parts::Serve(LineSession::Socket socket, bool by_unix_socket) {
   client->id = ++connections;
   client->role = service->FirstRole(by_unix_socket);
   if (service->clients() >= max_clients) {
-    session->Start({[](std::string_view) {}, [] {}, [] { return std::string(); }});
+    session->Start({[](std::string_view) {}, {}, {}, [] { return std::string(); }});
     session->Send(ErrorLine(RpcError(RpcError::Code::kTooManyClients,
                                      "there are " + std::to_string(max_clients) + " clients already",
                                      "Close one, or raise api.max_clients")).dump());
     session->CloseWhenSent();
+    service->CountRefusal("too_many_clients");
     return;
   }
   client->send = [weak = std::weak_ptr(session)](std::string line) {
@@ -169,13 +186,14 @@ void Server::Parts::Serve(LineSession::Socket socket, bool by_unix_socket) {
   service->AddClient(client.get());
   LineSession::Events events;
   events.on_line = [this, client](std::string_view line) {
-    service->methods().Handle(line, *client, client->send);
+    service->Answer(line, *client, client->send);
   };
   events.on_end = [this, client] { service->RemoveClient(client.get()); };
   events.too_long = [most = limits.max_line] {
     return ErrorLine(RpcError(RpcError::Code::kTooLarge, "the line is longer than " + std::to_string(most) + " bytes",
                               "Send one request a line")).dump();
   };
+  events.on_slow = [this] { service->CountRefusal("slow_reader"); };
   session->Send(service->Greeting());
   session->Start(std::move(events));
 }
@@ -186,18 +204,28 @@ void Server::Parts::ListenHttp(const Config& config) {
   options.address = config.http_address;
   options.port = config.http_port;
   options.page = config.folder / config.http_page;
+  if (!config.http_certificate.empty()) {
+    options.certificate = config.folder / config.http_certificate;
+    options.key = config.folder / config.http_key;
+  }
   options.max_clients = max_clients;
   options.max_body = limits.max_line;
   options.max_unread = limits.max_unread;
   HttpHandlers handlers;
-  handlers.methods = &service->methods();
+  handlers.answer = [this](std::string_view line, Client& client, const auto& respond) { service->Answer(line, client, respond); };
   handlers.greeting = [this] { return service->Greeting(); };
   handlers.add_client = [this](Client* client) { service->AddClient(client); };
   handlers.remove_client = [this](Client* client) { service->RemoveClient(client); };
   handlers.scan_file = [this](int scan, const std::string& name) { return service->ScanFile(scan, name); };
+  handlers.export_scan = [this](int scan, const Service::PathReply& reply) { service->ExportScan(scan, reply); };
+  handlers.import_file = [this] { return service->ImportFile(); };
+  handlers.import_scan = [this](const std::filesystem::path& archive, const Reply& reply) { service->ImportScan(archive, reply); };
+  handlers.refused = [this](const std::string& why) { service->CountRefusal(why); };
   handlers.tokens = &service->tokens();
   handlers.metrics = [this] { return service->Metrics(); };
   http = std::make_unique<HttpPort>(&io, options, std::move(handlers));
+  const std::string host = options.address.find(':') == std::string::npos ? options.address : "[" + options.address + "]";
+  service->SetHttpUrl((options.certificate.empty() ? "http://" : "https://") + host + ":" + std::to_string(http->port()));
 }
 
 void Server::Parts::AcceptRobot() {
@@ -222,9 +250,14 @@ void Server::Parts::ServeRobot(asio::ip::tcp::socket socket) {
   RobotRecord bad;
   bad.status = RobotStatus::kBadRequest;
   LineSession::Events events;
-  events.on_line = [this, weak = std::weak_ptr(session), dialect, bad](std::string_view line) {
+  events.on_line = [this, weak = std::weak_ptr(session), dialect, bad, rate = std::make_shared<RateLimit>()](std::string_view line) {
     const auto alive = weak.lock();
     if (!alive) return;
+    if (!rate->Allows(service->config().api_max_requests_per_s, std::chrono::steady_clock::now())) {
+      service->CountRefusal("rate_limited");
+      alive->Send(RobotAnswer(*dialect, bad, false));
+      return;
+    }
     if (line.substr(0, 8) == "DIALECT ") {
       const std::optional<RobotDialect> wanted = RobotDialectFromName(line.substr(8));
       if (wanted) *dialect = *wanted;
@@ -273,11 +306,26 @@ void Server::Parts::WatchSignals(const std::function<Config()>& reload) {
 // Tells the service manager how things are, and that the threads live.
 void Server::Parts::TellManager(std::chrono::microseconds period) {
   sd_notifyf(0, "STATUS=%s", service->StatusText().c_str());
-  if (service->ThreadsAlive()) sd_notify(0, "WATCHDOG=1");
+  if (service->ThreadsAlive()) {
+    sd_notify(0, "WATCHDOG=1");
+  } else {
+    spdlog::error("a thread makes no progress: the watchdog is not fed");
+  }
+  if (std::chrono::steady_clock::now() >= next_housekeeping) {
+    next_housekeeping = std::chrono::steady_clock::now() + kHousekeeping;
+    service->KeepHouse(std::chrono::system_clock::now(), std::chrono::steady_clock::now());
+  }
   manager_timer.expires_after(period);
   manager_timer.async_wait([this, period](const error_code& error) {
     if (!error) TellManager(period);
   });
+}
+
+void CheckNamedFiles(const Config& config) {
+  if (!config.api_tokens.empty()) AccessTokens(config.folder / config.api_tokens);
+  Networks(config);
+  if (!config.http_certificate.empty()) CheckCertificate(config.folder / config.http_certificate, config.folder / config.http_key);
+  if (config.station_kind == "simulated") sim::ReadSimConfig(config.folder / config.station_simulation);
 }
 
 Server::Server(const Config& config, OpenedStation station) : parts_(std::make_unique<Parts>(config)) {

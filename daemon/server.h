@@ -12,6 +12,10 @@ namespace geond::daemon {
 
 class Service;
 
+// Reads what a configuration names besides keys and numbers: tokens, networks, simulation, certificate. Throws ConfigError or
+// FileError for the first that is wrong. Opens nothing.
+void CheckNamedFiles(const Config& config);
+
 // geond from its first to its last breath: the I/O thread, its sockets, the service behind them.
 class Server {
  public:

@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 
 #include "core/base/error.h"
+#include "daemon/log.h"
 
 namespace geond::daemon {
 
@@ -18,14 +19,25 @@ std::string_view StateName(Service::State state) {
   return "idle";
 }
 
+namespace {
+
+StoreLimits LimitsOf(const Config& config) {
+  return {std::chrono::hours(24) * config.store_max_age_days, static_cast<std::uint64_t>(config.store_max_size_gb * 1e9),
+          static_cast<std::uint64_t>(config.store_min_free_mb) << 20};
+}
+
+}  // namespace
+
 Service::Service(const Config& config, OpenedStation station, Post to_io)
     : config_(config),
       to_io_(std::move(to_io)),
       tokens_(config.api_tokens.empty() ? AccessTokens() : AccessTokens(config.folder / config.api_tokens)),
-      store_(config.folder / config.store_folder),
+      store_(config.folder / config.store_folder, LimitsOf(config)),
+      calibrations_(config.folder / config.store_folder / "calibrations"),
       simulation_(std::move(station.simulation)),
       station_(std::move(station.station)) {
   devices_ = station_->devices();
+  LoadCalibration();
   station_->OnFault([this](const std::string& words) { OnIo([this, words] { OnDeviceFault(words); }); });
   AddMethods();
   OnLinesEvent();
@@ -52,6 +64,21 @@ void Service::Reload(const Config& config) {
     }, key->field(config_), key->field(changed));
     spdlog::info("{} is taken over from the file", name);
   }
+  store_.SetLimits(LimitsOf(config_));
+  spdlog::set_level(spdlog::level::from_str(config_.log_level));
+}
+
+void Service::Answer(std::string_view line, Client& client, const std::function<void(std::string)>& respond) {
+  ++requests_;
+  if (client.rate.Allows(config_.api_max_requests_per_s, std::chrono::steady_clock::now())) {
+    methods_.Handle(line, client, respond);
+    return;
+  }
+  CountRefusal("rate_limited");
+  const RpcError error(RpcError::Code::kRateLimited,
+                       "more than " + std::to_string(config_.api_max_requests_per_s) + " requests a second",
+                       "Ask less often, subscribe to events (events.subscribe), or raise api.max_requests_per_s");
+  respond(Json{{"jsonrpc", "2.0"}, {"id", RequestId(line)}, {"error", error.ToJson()}}.dump());
 }
 
 std::string Service::Greeting() const {

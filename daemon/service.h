@@ -8,9 +8,11 @@
 #include <set>
 #include <stop_token>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "daemon/access_tokens.h"
+#include "daemon/calibration_store.h"
 #include "daemon/config.h"
 #include "daemon/open_station.h"
 #include "daemon/robot/grasp.h"
@@ -37,6 +39,9 @@ class Service {
   Service& operator=(const Service&) = delete;
 
   const RpcTable& methods() const { return methods_; }
+  // Answers a line of a client: `respond` gets the response, once, now or later, or never, for a notification. A client that
+  // asks too often is told so instead.
+  void Answer(std::string_view line, Client& client, const std::function<void(std::string)>& respond);
   const Config& config() const { return config_; }
   // Takes over the keys that can change while it runs.
   void Reload(const Config& config);
@@ -56,8 +61,21 @@ class Service {
 
   // A file of a done scan by its name, to be shown; empty if there is none.
   std::filesystem::path ScanFile(int scan, const std::string& name) const;
+  // Packs a scan into an archive, or takes one in and removes it; off the I/O thread, answered on it. An archive that is
+  // there already is answered at once.
+  using PathReply = std::function<void(std::variant<std::filesystem::path, RpcError> archive)>;
+  void ExportScan(int scan, const PathReply& reply);
+  void ImportScan(const std::filesystem::path& archive, const Reply& reply);
+  // Where an archive may be put that is to be taken in.
+  std::filesystem::path ImportFile();
+
   // Counters and gauges as Prometheus reads them.
   std::string Metrics() const;
+  // Counts what the sockets did: "too_many_clients", "slow_reader", ...
+  void CountRefusal(const std::string& why) { ++refusals_[why]; }
+  // Removes scans that the limits of the store want gone; to be called every few minutes. While the clock has just been
+  // set, ages mean nothing and nobody is removed for his.
+  void KeepHouse(std::chrono::system_clock::time_point now, std::chrono::steady_clock::time_point steady_now);
 
   // To be called when the wires have something to say: reads them and stops everything if they forbid work.
   void OnLinesEvent();
@@ -66,6 +84,8 @@ class Service {
   void StopAll(const std::string& reason);
 
   State state() const { return state_; }
+  // Where the page is, for clients that want files; empty: nowhere.
+  void SetHttpUrl(const std::string& url) { http_url_ = url; }
   std::string StatusText() const;  // one line, for the service manager
   // True as long as no thread hangs: one with work must have made progress since the last call.
   bool ThreadsAlive();
@@ -84,6 +104,7 @@ class Service {
   void AddMethods();
   void AddStationMethods();
   void AddScanMethods();
+  void AddStoreMethods();  // service_store.cc
   void AddResultMethods();
   void AddSimulationMethods();
   Json StatusJson();
@@ -91,11 +112,21 @@ class Service {
   std::shared_ptr<const Json> Description(int id);
   std::shared_ptr<const Json> Grasps(int id);
 
+  // service_calibration.cc
+  void AddCalibrationMethods();
+  void LoadCalibration();  // the one in force, or why it cannot be used
+  StationGeometry Geometry() const;  // as calibrated, else as configured
+  Json CalibrationStatus() const;
+  void PlaceCalibrationTarget(int number, bool check, int views, const Reply& reply);
+  void SolveCalibration(int number, const Reply& reply);
+
   // service_robot.cc
   std::optional<Pose> TableInRobot() const;
   RobotStatus StateForRobot() const;
   void FillObject(const RobotRequest& request, RobotRecord& record);
   int ScanParameter(const Json& params, bool done) const;  // the scan meant, by default the last
+  ScanSummary FindScan(int id) const;                      // throws RpcError if there is none
+  void Discard(int id);
 
   // service_jobs.cc
   Json StartScan(int views, double first_angle, const std::string& label);
@@ -125,13 +156,21 @@ class Service {
   std::shared_ptr<Service*> self_ = std::make_shared<Service*>(this);  // gone when the service is
   const AccessTokens tokens_;
   ScanStore store_;
+  const CalibrationStore calibrations_;
+  std::optional<calib::StationCalibration> calibration_;
+  std::string calibration_problem_;  // why there is one but it is not used
   std::shared_ptr<sim::SimStation> simulation_;
   std::unique_ptr<Station> station_;
   RpcTable methods_;
+  std::string http_url_;
   std::set<Client*> clients_;
   std::uint64_t events_ = 0;
-  std::map<std::string, int> scans_ended_;  // by state, since the start
+  std::map<std::string, int> scans_ended_, refusals_;  // by state and by reason, since the start
+  std::uint64_t requests_ = 0, views_ = 0, faults_ = 0;
+  std::optional<std::chrono::system_clock::duration> clock_offset_;  // of the wall clock against the steady one
+  std::uint64_t imports_ = 0;
   std::map<std::string, double> step_seconds_;  // of the last scan
+  std::vector<double> residuals_mm_;            // of its parts
 
   State state_ = State::kIdle;
   std::uint64_t hazards_ = 0;  // how often something has forbidden work

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <spdlog/spdlog.h>
-
 #include <numbers>
 
 #include "core/base/error.h"
+#include "daemon/log.h"
 #include "daemon/service.h"
 #include "sim/scene.h"
 
@@ -11,6 +10,17 @@ namespace geond::daemon {
 namespace {
 
 using Code = RpcError::Code;
+
+// The device that a failure is about; empty: none.
+std::string DeviceOf(const std::exception_ptr& failure) {
+  try {
+    std::rethrow_exception(failure);
+  } catch (const DeviceError& error) {
+    return error.thing();
+  } catch (...) {
+    return "";
+  }
+}
 
 }  // namespace
 
@@ -68,7 +78,8 @@ void Service::RunOnDevice(State state, std::function<void(std::stop_token)> work
       Enter(State::kIdle);
       if (failure) {
         const RpcError error = ToRpcError(failure);
-        spdlog::warn("{}", error.what());
+        if (error.code() == Code::kDeviceFailed) ++faults_;
+        Log(spdlog::level::warn, {0, DeviceOf(failure), std::string(StateName(state))}, error.what());
         reply(error);
       } else {
         reply(StatusJson());
@@ -106,15 +117,13 @@ Json Service::StartScan(int views, double first_angle, const std::string& label)
   ScanPlan plan;
   plan.views = views;
   plan.first_angle = first_angle;
-  Launch(std::move(recorder), std::move(plan), store_.last_id());
+  Launch(std::move(recorder), std::move(plan), store_.newest());
   return {{"scan", job_->id}, {"state", ScanStateName(ScanState::kRunning)}};
 }
 
 Json Service::ResumeScan(int id) {
   RefuseIfBusy();
-  const auto found = store_.scans().find(id);
-  if (found == store_.scans().end()) throw RpcError(Code::kNotFound, "there is no scan " + std::to_string(id));
-  const ScanSummary scan = found->second;
+  const ScanSummary scan = FindScan(id);
   if (scan.state == ScanState::kDone) {
     throw RpcError(Code::kUnavailable, "scan " + std::to_string(id) + " is done", "Ask for its description");
   }
@@ -133,7 +142,9 @@ void Service::Launch(ScanRecorder recorder, ScanPlan plan, int id) {
   job_->views = job_->total = plan.views;
   job_->views_taken = static_cast<int>(plan.taken.size());
   plan.registering.threads = config_.scan_threads;
-  spdlog::info("scan {} begins: {} views, {} of them there", id, plan.views, plan.taken.size());
+  plan.calibration = calibration_;
+  Log(spdlog::level::info, {id, "", "acquire"}, "scan " + std::to_string(id) + " begins: " + std::to_string(plan.views) +
+                                                    " views, " + std::to_string(plan.taken.size()) + " of them there");
   Enter(State::kAcquiring);
   Publish("scan", {{"scan", id}, {"state", ScanStateName(ScanState::kRunning)}});
   device_thread_.Post([this, job = job_, recorder = std::move(recorder), plan = std::move(plan)] {
@@ -142,6 +153,7 @@ void Service::Launch(ScanRecorder recorder, ScanPlan plan, int id) {
       TakeSnapshot();
       OnIo([this, job, view, angle = exposure.table_angle] {
         job->views_taken = view + 1;
+        ++views_;
         Publish("view", {{"scan", job->id},
                          {"view", view},
                          {"views", job->views},
@@ -204,19 +216,27 @@ void Service::Finished(const std::shared_ptr<Job>& job, const ScanRecorder& reco
     try {
       recorder.Abandon(outcome, outcome == ScanState::kFailed ? error.what() : "");
     } catch (const FileError& unwritten) {
-      spdlog::error("{}", unwritten.what());
+      Log(spdlog::level::err, {job->id, "", "store"}, unwritten.what());
     }
-    store_.Refresh(job->id);
-    spdlog::warn("scan {} {}: {}", job->id, ScanStateName(outcome), error.what());
+    if (error.code() == Code::kDeviceFailed) ++faults_;
+    Log(spdlog::level::warn, {job->id, DeviceOf(failure), job->step},
+        "scan " + std::to_string(job->id) + " " + std::string(ScanStateName(outcome)) + ": " + error.what());
     event["state"] = ScanStateName(outcome);
     event["error"] = error.ToJson();
-  } else {
+  }
+  try {
     store_.Refresh(job->id);
+  } catch (const FileError& unwritten) {
+    Log(spdlog::level::err, {job->id, "", "store"}, unwritten.what());  // its folder tells whoever asks
+  }
+  if (!failure) {
     CountSteps(job->id);
-    const ScanSummary& scan = store_.scans().at(job->id);
-    spdlog::info("scan {} is done: {} parts", job->id, scan.n_parts);
+    const ScanSummary scan = FindScan(job->id);
+    Log(spdlog::level::info, {job->id, "", ""},
+        "scan " + std::to_string(job->id) + " is " + std::string(ScanStateName(scan.state)) + ": " +
+            std::to_string(scan.types.size()) + " parts");
     event["state"] = ScanStateName(scan.state);
-    event["n_parts"] = scan.n_parts;
+    event["n_parts"] = scan.types.size();
     event["types"] = scan.types;
   }
   ++scans_ended_[event["state"].get<std::string>()];

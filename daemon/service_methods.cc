@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <ctime>
 #include <numbers>
 
 #include "core/base/error.h"
@@ -11,21 +12,21 @@ namespace {
 using Code = RpcError::Code;
 
 constexpr std::size_t kDescriptionsKept = 64;
-
-Json Schema(std::initializer_list<std::pair<const char*, const char*>> properties) {
-  Json schema = {{"type", "object"}, {"properties", Json::object()}};
-  for (const auto& [name, type] : properties) schema["properties"][name] = {{"type", type}};
-  return schema;
-}
+constexpr int kMostWrongLogins = 5;
 
 Json DeviceJson(const drivers::DeviceInfo& device) {
   return {{"name", device.name},     {"driver", device.driver}, {"model", device.model},
           {"serial", device.serial}, {"state", drivers::DeviceStateName(device.state)}, {"fault", device.fault}};
 }
 
-RpcParameter ScanId(bool required) {
-  return {"scan", "integer", required ? "Number of the scan" : "Number of the scan; without it the last one", required, 1,
-          1e9, {}};
+// "2026-01-31T12:00:00Z"
+std::string UtcText(std::chrono::system_clock::time_point time) {
+  const std::time_t seconds = std::chrono::system_clock::to_time_t(time);
+  std::tm parts{};
+  gmtime_r(&seconds, &parts);
+  char text[32];
+  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &parts);
+  return text;
 }
 
 }  // namespace
@@ -37,9 +38,11 @@ Json Service::StatusJson() {
                  {"latched", latched_},
                  {"station", simulation_ ? "simulated" : "hardware"},
                  {"version", GEOND_VERSION},
+                 {"http", http_url_},
                  {"uptime_s", std::chrono::duration<double>(std::chrono::steady_clock::now() - started_).count()},
                  {"clients", clients_.size()},
                  {"devices", std::move(devices)},
+                 {"calibration", CalibrationStatus()},
                  {"table_angle_deg", table_angle_ ? Json(*table_angle_ * 180.0 / std::numbers::pi) : Json()},
                  {"laser", station_->lines().laser()},
                  {"motor", station_->lines().motor()}};
@@ -65,9 +68,12 @@ Json Service::ScanJson(const ScanSummary& scan) const {
                {"label", scan.label},
                {"views", scan.views},
                {"views_taken", scan.views_taken},
-               {"n_parts", scan.n_parts},
+               {"n_parts", scan.types.size()},
                {"types", scan.types},
                {"error", scan.error},
+               {"pinned", scan.pinned},
+               {"bytes", scan.bytes},
+               {"ended", UtcText(scan.ended)},
                {"folder", store_.Folder(scan.id).string()}};
   if (job_ && job_->id == scan.id) {
     json["step"] = job_->step;
@@ -81,22 +87,24 @@ Json Service::ScanJson(const ScanSummary& scan) const {
 int Service::ScanParameter(const Json& params, bool done) const {
   if (params.contains("scan")) {
     const int id = params["scan"].get<int>();
-    const auto found = store_.scans().find(id);
-    if (found == store_.scans().end()) {
-      throw RpcError(Code::kNotFound, "there is no scan " + std::to_string(id), "scan.list says which there are");
-    }
-    if (done && found->second.state != ScanState::kDone) {
+    const ScanSummary scan = FindScan(id);
+    if (done && scan.state != ScanState::kDone) {
       throw RpcError(Code::kUnavailable,
-                     "scan " + std::to_string(id) + " is " + std::string(ScanStateName(found->second.state)) +
-                         (found->second.error.empty() ? "" : ": " + found->second.error),
+                     "scan " + std::to_string(id) + " is " + std::string(ScanStateName(scan.state)) +
+                         (scan.error.empty() ? "" : ": " + scan.error),
                      "Wait for it, or resume it (scan.resume)");
     }
     return id;
   }
-  for (auto scan = store_.scans().rbegin(); scan != store_.scans().rend(); ++scan) {
-    if (!done || scan->second.state == ScanState::kDone) return scan->first;
-  }
-  throw RpcError(Code::kNotFound, "there is no scan yet", "Start one (scan.start)");
+  const int id = done ? store_.newest_done() : store_.newest();
+  if (id == 0) throw RpcError(Code::kNotFound, "there is no scan yet", "Start one (scan.start)");
+  return id;
+}
+
+ScanSummary Service::FindScan(int id) const {
+  const std::optional<ScanSummary> scan = store_.Find(id);
+  if (!scan) throw RpcError(Code::kNotFound, "there is no scan " + std::to_string(id), "scan.list says which there are");
+  return *scan;
 }
 
 namespace {
@@ -122,27 +130,35 @@ std::shared_ptr<const Json> Service::Grasps(int id) {
 }
 
 void Service::AddMethods() {
-  methods_.Add({"rpc.discover", Role::kRead, {}, Schema({{"openrpc", "string"}, {"methods", "array"}}),
+  methods_.Add({"rpc.discover", Role::kRead, {}, RpcSchema({{"openrpc", "string"}, {"methods", "array"}}),
                 "All methods, as an OpenRPC document.",
                 [this](const Json&, Client&, const Reply& reply) { reply(methods_.Discover()); }});
   methods_.Add({"auth.login", Role::kNone, {{"token", "string", "A token of the file api.tokens names", true, 0, 0, {}}},
-                Schema({{"role", "string"}}), "Take the role of a token, for as long as the connection lasts.",
+                RpcSchema({{"role", "string"}}), "Take the role of a token, for as long as the connection lasts.",
                 [this](const Json& params, Client& client, const Reply& reply) {
                   const Role role = tokens_.RoleOf(params["token"].get<std::string>());
-                  if (role == Role::kNone) throw RpcError(Code::kForbidden, "there is no such token", "See api.tokens");
+                  if (role == Role::kNone && ++client.wrong_logins < kMostWrongLogins) {
+                    throw RpcError(Code::kForbidden, "there is no such token", "See api.tokens");
+                  }
+                  // Guessing must not be worth while: after a few, right ones are wrong as well on this connection.
+                  if (client.wrong_logins >= kMostWrongLogins) {
+                    throw RpcError(Code::kForbidden, "too many wrong tokens", "Connect anew with the right one");
+                  }
                   client.role = role;
                   reply(Json{{"role", RoleName(role)}});
                 }});
   AddStationMethods();
   AddScanMethods();
+  AddStoreMethods();
   AddResultMethods();
+  AddCalibrationMethods();
   if (simulation_) AddSimulationMethods();
 }
 
 void Service::AddStationMethods() {
-  const Json status = Schema({{"state", "string"}, {"latched", "string"}, {"station", "string"}, {"version", "string"},
-                              {"uptime_s", "number"}, {"clients", "integer"}, {"devices", "array"},
-                              {"table_angle_deg", "number"}, {"laser", "boolean"}, {"motor", "boolean"},
+  const Json status = RpcSchema({{"state", "string"}, {"latched", "string"}, {"station", "string"}, {"version", "string"},
+                                 {"http", "string"}, {"uptime_s", "number"}, {"clients", "integer"}, {"devices", "array"},
+                              {"calibration", "object"}, {"table_angle_deg", "number"}, {"laser", "boolean"}, {"motor", "boolean"},
                               {"emergency_stop", "boolean"}, {"door_open", "boolean"}, {"scan", "object"}});
   methods_.Add({"station.status", Role::kRead, {}, status, "What the station does, and how its devices are.",
                 [this](const Json&, Client&, const Reply& reply) { reply(StatusJson()); }});
@@ -165,15 +181,16 @@ void Service::AddStationMethods() {
                   }
                   RunOnDevice(State::kResetting, [this](std::stop_token) { station_->Reset(); }, reply);
                 }});
-  methods_.Add({"devices.list", Role::kRead, {}, Schema({{"devices", "array"}}), "The devices and their faults in words.",
+  methods_.Add({"devices.list", Role::kRead, {}, RpcSchema({{"devices", "array"}}), "The devices and their faults in words.",
                 [this](const Json&, Client&, const Reply& reply) { reply(Json{{"devices", StatusJson()["devices"]}}); }});
 }
 
 void Service::AddScanMethods() {
-  const Json begun = Schema({{"scan", "integer"}, {"state", "string"}});
-  const Json scan = Schema({{"scan", "integer"}, {"state", "string"}, {"label", "string"}, {"views", "integer"},
+  const Json begun = RpcSchema({{"scan", "integer"}, {"state", "string"}});
+  const Json scan = RpcSchema({{"scan", "integer"}, {"state", "string"}, {"label", "string"}, {"views", "integer"},
                             {"views_taken", "integer"}, {"n_parts", "integer"}, {"types", "array"}, {"error", "string"},
-                            {"folder", "string"}, {"step", "string"}, {"done", "integer"}, {"total", "integer"}});
+                            {"pinned", "boolean"}, {"bytes", "integer"}, {"ended", "string"}, {"folder", "string"},
+                            {"step", "string"}, {"done", "integer"}, {"total", "integer"}});
   methods_.Add({"scan.start", Role::kScan,
                 {{"views", "integer", "Range images, evenly round the table", false, 1, 360, {}},
                  {"first_angle_deg", "number", "Table angle of the first one", false, -360, 360, {}},
@@ -184,12 +201,12 @@ void Service::AddScanMethods() {
                   reply(StartScan(params.value("views", config_.scan_views), angle * std::numbers::pi / 180.0,
                                   params.value("label", std::string())));
                 }});
-  methods_.Add({"scan.resume", Role::kScan, {ScanId(true)}, begun,
+  methods_.Add({"scan.resume", Role::kScan, {ScanIdParameter(true)}, begun,
                 "Go on with a scan that was cut short, from the views that are safe.",
                 [this](const Json& params, Client&, const Reply& reply) { reply(ResumeScan(params["scan"].get<int>())); }});
-  methods_.Add({"scan.status", Role::kRead, {ScanId(false)}, scan, "How far a scan is, or how it ended.",
+  methods_.Add({"scan.status", Role::kRead, {ScanIdParameter(false)}, scan, "How far a scan is, or how it ended.",
                 [this](const Json& params, Client&, const Reply& reply) {
-                  reply(ScanJson(store_.scans().at(ScanParameter(params, false))));
+                  reply(ScanJson(FindScan(ScanParameter(params, false))));
                 }});
   methods_.Add({"scan.cancel", Role::kScan, {}, begun, "End the scan that runs; what it has taken stays.",
                 [this](const Json&, Client&, const Reply& reply) {
@@ -198,33 +215,11 @@ void Service::AddScanMethods() {
                   if (state_ == State::kAcquiring) station_->StopNow();
                   reply(Json{{"scan", job_->id}, {"state", "cancelling"}});
                 }});
-  methods_.Add({"scan.list", Role::kRead,
-                {{"before", "integer", "Only scans with a smaller number: the cursor of the answer before", false, 1, 1e9, {}},
-                 {"limit", "integer", "At most so many, newest first", false, 1, 1000, {}}},
-                Schema({{"scans", "array"}, {"next", "integer"}}), "The scans, newest first; `next` goes on where it ended.",
-                [this](const Json& params, Client&, const Reply& reply) {
-                  const std::size_t limit = params.value("limit", std::size_t{100});
-                  Json scans = Json::array(), next = nullptr;
-                  auto end = params.contains("before") ? store_.scans().lower_bound(params["before"].get<int>())
-                                                       : store_.scans().end();
-                  while (end != store_.scans().begin() && scans.size() < limit) scans.push_back(ScanJson((--end)->second));
-                  if (end != store_.scans().begin()) next = scans.back()["scan"];
-                  reply(Json{{"scans", std::move(scans)}, {"next", std::move(next)}});
-                }});
-  methods_.Add({"scan.delete", Role::kAdmin, {ScanId(true)}, Schema({{"scan", "integer"}}),
-                "Remove a scan and its files for good.", [this](const Json& params, Client&, const Reply& reply) {
-                  const int id = ScanParameter(params, false);
-                  if (job_ && job_->id == id) throw RpcError(Code::kBusy, "the scan runs", "Cancel it first (scan.cancel)");
-                  store_.Delete(id);
-                  descriptions_.erase(id);
-                  grasps_.erase(id);
-                  reply(Json{{"scan", id}});
-                }});
 }
 
 void Service::AddResultMethods() {
-  methods_.Add({"object.describe", Role::kRead, {ScanId(false)},
-                Schema({{"scan", "integer"}, {"n_parts", "integer"}, {"parts", "array"}, {"relations", "array"},
+  methods_.Add({"object.describe", Role::kRead, {ScanIdParameter(false)},
+                RpcSchema({{"scan", "integer"}, {"n_parts", "integer"}, {"parts", "array"}, {"relations", "array"},
                         {"seconds", "object"}, {"version", "string"}}),
                 "The description of a scanned object, as `geon describe --json` prints it.",
                 [this](const Json& params, Client&, const Reply& reply) {
@@ -232,8 +227,8 @@ void Service::AddResultMethods() {
                   reply(*Description(id));
                 }});
   methods_.Add({"object.grasps", Role::kRead,
-                {ScanId(false), {"part", "integer", "Id of the part; without it those of all", false, 1, 1e6, {}}},
-                Schema({{"scan", "integer"}, {"grasps", "array"}}),
+                {ScanIdParameter(false), {"part", "integer", "Id of the part; without it those of all", false, 1, 1e6, {}}},
+                RpcSchema({{"scan", "integer"}, {"grasps", "array"}}),
                 "How a parallel gripper can take the parts, best first: pose of the gripper in T, opening, clearance, reason.",
                 [this](const Json& params, Client&, const Reply& reply) {
                   const std::shared_ptr<const Json> grasps = Grasps(ScanParameter(params, true));
@@ -247,28 +242,19 @@ void Service::AddResultMethods() {
                   }
                   reply(std::move(chosen));
                 }});
-  methods_.Add({"object.list", Role::kRead, {}, Schema({{"objects", "array"}}), "The objects that have a description.",
-                [this](const Json&, Client&, const Reply& reply) {
-                  Json objects = Json::array();
-                  for (const auto& [id, scan] : store_.scans()) {
-                    if (scan.state != ScanState::kDone) continue;
-                    objects.push_back({{"scan", id}, {"label", scan.label}, {"n_parts", scan.n_parts}, {"types", scan.types}});
-                  }
-                  reply(Json{{"objects", std::move(objects)}});
-                }});
-  methods_.Add({"events.subscribe", Role::kRead, {}, Schema({{"subscribed", "boolean"}}),
+  methods_.Add({"events.subscribe", Role::kRead, {}, RpcSchema({{"subscribed", "boolean"}}),
                 "Be told of state, progress, views and results as they come.",
                 [](const Json&, Client& client, const Reply& reply) {
                   if (!client.send) throw RpcError(Code::kUnavailable, "this connection ends with its answer");
                   client.subscribed = true;
                   reply(Json{{"subscribed", true}});
                 }});
-  methods_.Add({"events.unsubscribe", Role::kRead, {}, Schema({{"subscribed", "boolean"}}), "Be told no more.",
+  methods_.Add({"events.unsubscribe", Role::kRead, {}, RpcSchema({{"subscribed", "boolean"}}), "Be told no more.",
                 [](const Json&, Client& client, const Reply& reply) {
                   client.subscribed = false;
                   reply(Json{{"subscribed", false}});
                 }});
-  methods_.Add({"config.show", Role::kRead, {}, Schema({{"text", "string"}, {"values", "object"}}),
+  methods_.Add({"config.show", Role::kRead, {}, RpcSchema({{"text", "string"}, {"values", "object"}}),
                 "The configuration in force.", [this](const Json&, Client&, const Reply& reply) {
                   Json values = Json::object();
                   Config config = config_;
@@ -285,7 +271,7 @@ void Service::AddSimulationMethods() {
   for (const sim::Device device : sim::kDevices) devices.emplace_back(sim::DeviceName(device));
   methods_.Add({"simulation.fault", Role::kAdmin,
                 {{"device", "string", "Which device", true, 0, 0, devices}, {"fault", "string", "What is wrong with it", true, 0, 0, faults}},
-                Schema({{"device", "string"}, {"fault", "string"}}), "Break or mend a simulated device.",
+                RpcSchema({{"device", "string"}, {"fault", "string"}}), "Break or mend a simulated device.",
                 [this](const Json& params, Client&, const Reply& reply) {
                   simulation_->SetFault(sim::DeviceFromName(params["device"].get<std::string>()),
                                         sim::FaultFromName(params["fault"].get<std::string>()));
@@ -293,12 +279,28 @@ void Service::AddSimulationMethods() {
                 }});
   methods_.Add({"simulation.inputs", Role::kAdmin,
                 {{"emergency_stop", "boolean", "Pressed", false, 0, 0, {}}, {"door_open", "boolean", "Open", false, 0, 0, {}}},
-                Schema({{"emergency_stop", "boolean"}, {"door_open", "boolean"}}),
+                RpcSchema({{"emergency_stop", "boolean"}, {"door_open", "boolean"}}),
                 "Press or release the simulated emergency stop, open or close the door.",
                 [this](const Json& params, Client&, const Reply& reply) {
                   if (params.contains("emergency_stop")) simulation_->SetEmergencyStop(params["emergency_stop"].get<bool>());
                   if (params.contains("door_open")) simulation_->SetDoorOpen(params["door_open"].get<bool>());
                   reply(Json{{"emergency_stop", simulation_->emergency_stop()}, {"door_open", simulation_->door_open()}});
+                }});
+  methods_.Add({"simulation.scene", Role::kAdmin,
+                {{"toml", "string", "Put this there: the text of a scene file", false, 0, 0, {}},
+                 {"configured", "boolean", "Put there what stood there from the start", false, 0, 0, {}}},
+                RpcSchema({{"name", "string"}}), "Change what stands on the simulated table; says what is there.",
+                [this, configured = simulation_->scene()](const Json& params, Client&, const Reply& reply) {
+                  RefuseIfBusy();
+                  try {
+                    if (params.value("configured", false)) simulation_->SetScene(configured);
+                    if (params.contains("toml")) {
+                      simulation_->SetScene(sim::ParseScene(params["toml"].get<std::string>(), config_.folder));
+                    }
+                  } catch (const ConfigError& error) {
+                    throw RpcError(Code::kInvalidParams, error.what());
+                  }
+                  reply(Json{{"name", simulation_->scene().name}});
                 }});
 }
 

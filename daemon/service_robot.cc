@@ -36,14 +36,14 @@ std::optional<Pose> Service::TableInRobot() const {
   const Pose X_RW(FromYawPitchRoll(kRadians * Eigen::Vector3d(config_.robot_base_yaw_deg, config_.robot_base_pitch_deg,
                                                               config_.robot_base_roll_deg)),
                   1e-3 * Eigen::Vector3d(config_.robot_base_x_mm, config_.robot_base_y_mm, config_.robot_base_z_mm));
-  return X_RW * station_->geometry().X_WT * Pose::Rotation(Eigen::Vector3d::UnitZ(), *table_angle_);
+  return X_RW * Geometry().X_WT * Pose::Rotation(Eigen::Vector3d::UnitZ(), *table_angle_);
 }
 
 RobotStatus Service::StateForRobot() const {
   if (!latched_.empty()) return RobotStatus::kUnsafe;
   if (state_ != State::kIdle) return RobotStatus::kBusy;
-  if (store_.scans().empty()) return RobotStatus::kNoObject;
-  return store_.scans().rbegin()->second.state == ScanState::kDone ? RobotStatus::kOk : RobotStatus::kFailed;
+  if (store_.newest() == 0) return RobotStatus::kNoObject;
+  return store_.newest() == store_.newest_done() ? RobotStatus::kOk : RobotStatus::kFailed;
 }
 
 RobotRecord Service::AnswerRobot(const RobotRequest& request) {
@@ -59,7 +59,7 @@ RobotRecord Service::AnswerRobot(const RobotRequest& request) {
         return record;
       case RobotVerb::kStatus:
         record.status = StateForRobot();
-        record.scan = store_.last_id() < 0 ? 0 : store_.last_id();
+        record.scan = store_.newest();
         if (record.status != RobotStatus::kOk) return record;
         break;
       default:
@@ -82,7 +82,7 @@ void Service::FillObject(const RobotRequest& request, RobotRecord& record) {
   const int n = static_cast<int>(parts.size());
   record.scan = id;
   record.remaining = n;
-  record.age = std::chrono::duration<double>(std::chrono::system_clock::now() - store_.scans().at(id).finished).count();
+  record.age = std::chrono::duration<double>(std::chrono::system_clock::now() - FindScan(id).ended).count();
   if (request.verb == RobotVerb::kStatus || request.verb == RobotVerb::kObject) return;
 
   if (request.number > n) {

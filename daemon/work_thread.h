@@ -27,7 +27,9 @@ class WorkThread {
   void Post(std::function<void()> task);
   // Counts what was done: ended tasks and calls of Tick. A thread with work whose count stands still hangs.
   std::uint64_t progress() const { return progress_.load(std::memory_order_relaxed); }
-  bool idle() const { return waiting_.load(std::memory_order_relaxed) == 0; }
+  bool idle() const { return waiting() == 0; }
+  // Tasks posted and not ended.
+  int waiting() const { return waiting_.load(std::memory_order_relaxed); }
   // To be called inside long tasks.
   void Tick() { progress_.fetch_add(1, std::memory_order_relaxed); }
 
@@ -39,7 +41,7 @@ class WorkThread {
   std::deque<std::function<void()>> tasks_;
   bool ends_ = false;
   std::atomic<std::uint64_t> progress_{0};
-  std::atomic<int> waiting_{0};  // tasks posted and not ended
+  std::atomic<int> waiting_{0};
   std::thread thread_;
 };
 

@@ -20,6 +20,8 @@ struct CommandContext {
   std::stop_token stop;
   StepObserver on_step;
   std::function<void(const std::string& line)> say;  // prints a line at once, for commands that speak while they run
+  // Shows a question on the error stream and waits for Enter; false if nobody can answer, or when stopped.
+  std::function<bool(const std::string& question)> ask;
 };
 
 // What a command has to say: `json` is printed with --json, `text` without it. Neither ends with a newline.

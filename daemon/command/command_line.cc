@@ -3,6 +3,9 @@
 
 #include <algorithm>
 
+#include <poll.h>
+#include <unistd.h>
+
 #include "core/base/error.h"
 #include "daemon/command/progress_bar.h"
 #include "daemon/command/subcommands.h"
@@ -22,6 +25,19 @@ std::string OneLine(std::string text) {
   return text;
 }
 
+// Reads one line from a file descriptor, waking now and then to see whether the work is to stop.
+bool WaitForEnter(int fd, const std::stop_token& stop) {
+  constexpr int kWakeMs = 200;
+  while (fd >= 0 && !stop.stop_requested()) {
+    pollfd waited{fd, POLLIN, 0};
+    if (poll(&waited, 1, kWakeMs) <= 0) continue;
+    char letter = 0;
+    if (read(fd, &letter, 1) != 1) return false;
+    if (letter == '\n') return true;
+  }
+  return false;
+}
+
 int RunChosen(const ChosenCommand& chosen, std::stop_token stop, Streams streams) {
   ProgressBar bar(streams.err, streams.err_is_terminal);
   CommandContext context;
@@ -30,6 +46,11 @@ int RunChosen(const ChosenCommand& chosen, std::stop_token stop, Streams streams
   context.say = [&](const std::string& line) {
     bar.Clear();
     streams.out << line << std::endl;
+  };
+  context.ask = [&](const std::string& question) {
+    bar.Clear();
+    streams.err << question << std::flush;
+    return WaitForEnter(streams.in_fd, stop);
   };
   try {
     const CommandResult result = chosen.run(context);

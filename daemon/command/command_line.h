@@ -13,6 +13,7 @@ struct Streams {
   std::ostream& out;
   std::ostream& err;
   bool err_is_terminal = false;
+  int in_fd = -1;  // where a person answers questions; -1: nobody does
 };
 
 // Runs one command line of `geon` (without the program's name). Returns its exit code: 0 it worked, 1 the work failed, 2

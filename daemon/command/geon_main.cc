@@ -28,7 +28,7 @@ int main(int argc, char** argv) {
     }
   });
   const int code = geond::daemon::RunGeon({argv + 1, argv + argc}, stop.get_token(),
-                                          {std::cout, std::cerr, isatty(STDERR_FILENO) == 1});
+                                          {std::cout, std::cerr, isatty(STDERR_FILENO) == 1, STDIN_FILENO});
   pthread_kill(listener.native_handle(), SIGUSR1);
   listener.join();
   return code;

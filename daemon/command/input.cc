@@ -5,6 +5,7 @@
 
 #include "calib/conf_scan.h"
 #include "calib/make_view.h"
+#include "calib/table_shift.h"
 #include "core/base/error.h"
 #include "core/geometry/cloud_normals.h"
 #include "core/geometry/sample_mesh.h"
@@ -53,6 +54,7 @@ RegisteredViews ViewsOf(const RecordedScan& scan, const calib::RegisterOptions& 
   if (on_step) on_step("register", 0, 0);
   result.registration = calib::RegisterViews(result.views, options, stop, on_step);
   for (std::size_t i = 0; i < result.views.size(); ++i) result.views[i].X_TS = result.registration->X_TS[i];
+  if (scan.has_table) calib::ShiftOntoTable(result.views);
   return result;
 }
 

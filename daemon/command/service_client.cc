@@ -82,6 +82,10 @@ ServiceClient::ServiceClient(std::string address, std::stop_token stop) : addres
   }
   try {
     greeting_ = ReadLine();
+    // The Unix socket is guarded by its mode; over TCP one may have to say who one is.
+    if (const char* token = std::getenv("GEOND_TOKEN"); token && *token && address_.find('/') == std::string::npos) {
+      Call("auth.login", {{"token", token}});
+    }
   } catch (...) {
     close(fd_);
     throw;

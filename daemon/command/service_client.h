@@ -14,7 +14,8 @@ namespace geond::daemon {
 class ServiceClient {
  public:
   // `address`: path of a Unix socket (with a slash), or "host:port". Empty: what GEOND_SOCKET says, else
-  // /run/geond/geond.sock, else 127.0.0.1:7100. Throws DeviceError if nobody answers.
+  // /run/geond/geond.sock, else 127.0.0.1:7100. Over TCP it logs in with the token GEOND_TOKEN, if there is one. Throws
+  // DeviceError if nobody answers, RpcError if there is no such token.
   explicit ServiceClient(std::string address = {}, std::stop_token stop = {});
   ~ServiceClient();
   ServiceClient(const ServiceClient&) = delete;

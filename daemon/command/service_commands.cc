@@ -2,6 +2,7 @@
 #include "daemon/command/service_commands.h"
 
 #include "core/base/error.h"
+#include "daemon/command/description_change.h"
 #include "daemon/command/description_text.h"
 #include "daemon/command/service_client.h"
 
@@ -77,11 +78,46 @@ Json Follow(ServiceClient& client, int scan, const CommandContext& context) {
   }
 }
 
+// Scans with twice as many views until that changes nothing that is described.
+CommandResult ScanUntilCertain(ServiceClient& client, const ScanArguments& arguments, const CommandContext& context) {
+  constexpr int kFirst = 4, kMost = 36;
+  Json before;
+  std::string history;
+  for (int views = arguments.views.value_or(kFirst);; views *= 2) {
+    Json params = {{"views", views}};
+    if (!arguments.label.empty()) params["label"] = arguments.label;
+    const int scan = client.Call("scan.start", params)["scan"].get<int>();
+    Json description = Follow(client, scan, context);
+    const std::string change = before.is_null() ? "" : WhatChanged(before, description);
+    if (!before.is_null()) {
+      history += Format("%d views: %s\n", views, change.empty() ? "nothing new" : change.c_str());
+    }
+    const bool certain = !before.is_null() && change.empty();
+    if (certain || (!before.is_null() && 2 * views > kMost)) {
+      description["certain"] = certain;
+      description["views_needed"] = certain ? Json(views / 2) : Json();
+      const std::string words = certain ? Format("%d views suffice", views / 2)
+                                        : Format("still changing at %d views: see the notes for what cannot be seen", views);
+      std::string text = Format("scan %d\n", scan) + history + words + "\n" + DescriptionText(description);
+      return {std::move(description), std::move(text)};
+    }
+    before = std::move(description);
+  }
+}
+
 }  // namespace
 
 CommandResult Scan(const ScanArguments& arguments, const CommandContext& context) {
   ServiceClient client(arguments.socket, context.stop);
   client.Call("events.subscribe");
+  if (arguments.until_certain) {
+    try {
+      return ScanUntilCertain(client, arguments, context);
+    } catch (const Cancelled&) {
+      if (context.stop.stop_requested()) ServiceClient(client.address()).Call("scan.cancel");
+      throw;
+    }
+  }
   Json params = Json::object();
   if (arguments.views) params["views"] = *arguments.views;
   if (!arguments.label.empty()) params["label"] = arguments.label;

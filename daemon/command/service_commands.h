@@ -19,8 +19,10 @@ struct ScanArguments : ServiceArguments {
   std::optional<int> resume;         // number of the scan to go on with
   std::string label;
   bool detach = false;               // do not wait for the description
+  bool until_certain = false;        // scan with twice as many views until the description no longer changes
 };
-// Starts a scan, shows how it goes, ends with the description. Stopped while it waits, it cancels the scan.
+// Starts a scan, shows how it goes, ends with the description. Stopped while it waits, it cancels the scan. Until certain: the
+// description also says `certain`, and `views_needed` (half of the last scan's), or null if it went on changing.
 CommandResult Scan(const ScanArguments& arguments, const CommandContext& context);
 
 CommandResult Status(const ServiceArguments& arguments, const CommandContext& context);
@@ -39,6 +41,31 @@ struct ObjectsArguments : ServiceArguments {
   std::optional<int> scan;           // one object in full
 };
 CommandResult Objects(const ObjectsArguments& arguments, const CommandContext& context);
+
+// Fetches a whole scan as a zip archive; takes one in.
+struct ExportArguments : ServiceArguments {
+  int scan = 0;
+  std::string output;                // empty: scan_NUMBER.zip
+};
+CommandResult Export(const ExportArguments& arguments, const CommandContext& context);
+struct ImportArguments : ServiceArguments {
+  std::string file;
+};
+CommandResult Import(const ImportArguments& arguments, const CommandContext& context);
+struct PinArguments : ServiceArguments {
+  int scan = 0;
+  bool off = false;
+};
+CommandResult Pin(const PinArguments& arguments, const CommandContext& context);
+struct ScanNumberArguments : ServiceArguments {
+  int scan = 0;
+};
+CommandResult Delete(const ScanNumberArguments& arguments, const CommandContext& context);
+struct LogArguments : ServiceArguments {
+  int limit = 50;
+};
+// The last lines of the service's log.
+CommandResult LogLines(const LogArguments& arguments, const CommandContext& context);
 
 struct ApiArguments : ServiceArguments {
   std::string method;                // to call; empty: list them

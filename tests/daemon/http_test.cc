@@ -157,7 +157,15 @@ TEST_F(GuardedTest, EachMayDoWhatItsTokenAllows) {
   EXPECT_THAT(Ask(post + "\r\nAuthorization: Bearer reader-0123456789", call), HasSubstr("idle"));
   EXPECT_THAT(Ask("GET /metrics HTTP/1.1"), StartsWith("HTTP/1.1 401"));
   EXPECT_THAT(Ask("GET /scans/1/mesh.ply HTTP/1.1"), StartsWith("HTTP/1.1 401"));
+  EXPECT_THAT(Ask("GET /scans/1.zip HTTP/1.1"), StartsWith("HTTP/1.1 401"));
+  EXPECT_THAT(Ask("POST /scans HTTP/1.1\r\nAuthorization: Bearer scanner-0123456789", "x"), StartsWith("HTTP/1.1 403"));
   EXPECT_THAT(Ask("GET / HTTP/1.1"), StartsWith("HTTP/1.1 200"));
+}
+
+TEST_F(GuardedTest, GuessingIsNotWorthWhile) {
+  ServiceClient client("127.0.0.1:" + std::to_string(server_->port()));
+  for (int i = 0; i < 5; ++i) EXPECT_THROW(client.Call("auth.login", {{"token", "guess-" + std::to_string(1000000000 + i)}}), RpcError);
+  EXPECT_THROW(client.Call("auth.login", {{"token", "scanner-0123456789"}}), RpcError);
 }
 
 TEST(AccessTokens, MistakesAreFatalAndNamed) {
@@ -220,6 +228,43 @@ TEST_F(HttpTest, ServesFilesOfDoneScansByRangeAndTag) {
   EXPECT_THAT(Ask("GET /scans/1/../1/mesh.ply HTTP/1.1"), StartsWith("HTTP/1.1 404"));
   EXPECT_THAT(Ask("GET /scans/1x/mesh.ply HTTP/1.1"), StartsWith("HTTP/1.1 404"));
   EXPECT_THAT(Ask("GET /metrics HTTP/1.1"), HasSubstr("geond_scans_ended_total{state=\"done\"} 1"));
+}
+
+TEST_F(HttpTest, HandsOutWholeScansAndTakesThemIn) {
+  EXPECT_THAT(Ask("GET /scans/1.zip HTTP/1.1"), StartsWith("HTTP/1.1 404"));
+  ScanToEnd();
+  const std::string answer = Ask("GET /scans/1.zip HTTP/1.1");
+  ASSERT_THAT(answer, StartsWith("HTTP/1.1 200"));
+  const std::string archive = answer.substr(answer.find("\r\n\r\n") + 4);
+  EXPECT_EQ(archive.substr(0, 2), "PK");
+  EXPECT_THAT(Ask("HEAD /scans/1.zip HTTP/1.1"), HasSubstr("Content-Length: " + std::to_string(archive.size())));
+
+  const std::string post = "POST /scans HTTP/1.1\r\nContent-Type: application/zip";
+  const std::string taken = Ask(post, archive);
+  EXPECT_THAT(taken, StartsWith("HTTP/1.1 201"));
+  EXPECT_THAT(taken, HasSubstr("\"scan\":2,\"state\":\"done\""));
+  ServiceClient client(socket_);
+  Json original = client.Call("object.describe", {{"scan", 1}}), copy = client.Call("object.describe", {{"scan", 2}});
+  EXPECT_EQ(copy["parts"], original["parts"]);
+  EXPECT_EQ(client.Call("scan.export", {{"scan", 2}})["path"], "/scans/2.zip");
+
+  EXPECT_THAT(Ask(post, archive.substr(0, archive.size() / 2)), StartsWith("HTTP/1.1 422"));
+  EXPECT_THAT(Ask(post, "nonsense"), HasSubstr("\"storage\""));
+  EXPECT_THAT(Ask(post + "\r\nOrigin: http://evil.example", archive), StartsWith("HTTP/1.1 403"));
+  EXPECT_EQ(client.Call("scan.list")["scans"].size(), 2u);
+  EXPECT_TRUE(std::filesystem::is_empty(folder_.path() / "store/import")) << "what came in is not left behind";
+}
+
+TEST_F(HttpTest, RefusesWhatIsTooLargeBeforeReadingIt) {
+  const std::string post = "POST /rpc HTTP/1.1\r\nContent-Type: application/json\r\nContent-Length: ";
+  EXPECT_THAT(Ask(post + "900000000"), StartsWith("HTTP/1.1 413"));
+  EXPECT_THAT(Ask(post + "9000000000"), StartsWith("HTTP/1.1 413"));
+  EXPECT_THAT(Ask("GET / HTTP/1.1\r\nX-Long: " + std::string(20000, 'x')), StartsWith("HTTP/1.1 413"));
+}
+
+TEST_F(HttpTest, ANotificationIsAnsweredWithNothing) {
+  const std::string post = "POST /rpc HTTP/1.1\r\nContent-Type: application/json";
+  EXPECT_THAT(Ask(post, R"({"jsonrpc":"2.0","method":"station.status"})"), StartsWith("HTTP/1.1 204"));
 }
 
 TEST_F(HttpTest, RobotsAskOnTheirOwnPort) {

@@ -265,6 +265,33 @@ TEST_F(ServiceTest, ListsScansByPage) {
   EXPECT_EQ(ErrorName("scan.status", {{"scan", 3}}), "not_found");
 }
 
+TEST_F(ServiceTest, OldScansGoUnlessPinnedOrTheClockWasSet) {
+  using namespace std::chrono_literals;
+  on_event_ = [this](const Json& event) {
+    if (event["event"] == "view" && event["view"] == 0) service_->StopAll("enough");
+  };
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(ScanToEnd()["state"], "cancelled");
+  on_event_ = {};
+  EXPECT_EQ(Call("scan.pin", {{"scan", 2}})["pinned"], true);
+  const auto now = std::chrono::system_clock::now();
+  const auto steady = std::chrono::steady_clock::now();
+  const auto keep_house = [&](std::chrono::hours wall, std::chrono::hours real) {
+    OnIo([&] { service_->KeepHouse(now + wall, steady + real); });
+    return Call("store.status")["scans"];
+  };
+  Config config = SmallConfig(folder_);
+  config.store_max_age_days = 2;
+  OnIo([&] { service_->Reload(config); });
+  EXPECT_EQ(keep_house(0h, 0h), 3);
+  EXPECT_EQ(keep_house(1000h, 1h), 3) << "the clock was set";
+  EXPECT_EQ(keep_house(1h, 2h), 3) << "and back";
+  EXPECT_EQ(keep_house(50h, 51h), 1) << "so much time has passed";
+  EXPECT_EQ(ErrorName("scan.status", {{"scan", 1}}), "not_found");
+  EXPECT_EQ(Call("scan.status", {{"scan", 2}})["pinned"], true);
+  EXPECT_EQ(Call("scan.pin", {{"scan", 2}, {"pinned", false}})["pinned"], false);
+  EXPECT_EQ(keep_house(52h, 53h), 0);
+}
+
 TEST_F(ServiceTest, TheReferencePageSaysWhatTheTableSays) {
   const std::string reference = ApiReference(Call("rpc.discover"));
   std::ifstream file(std::string(GEOND_SOURCE_DIR) + "/docs/api.md");
@@ -277,7 +304,8 @@ TEST_F(ServiceTest, EveryMethodAnswersWhatItDeclares) {
   ASSERT_EQ(ScanToEnd()["state"], "done");
   const Json document = Call("rpc.discover");
   EXPECT_GE(document["methods"].size(), 18u);
-  for (const char* name : {"station.status", "devices.list", "scan.status", "scan.list", "object.list", "config.show"}) {
+  for (const char* name : {"station.status", "devices.list", "scan.status", "scan.list", "object.list", "config.show",
+                           "store.status", "log.tail", "scan.export"}) {
     const Json answer = Call(name);
     for (const Json& method : document["methods"]) {
       if (method["name"] != name) continue;

@@ -1,16 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstdlib>
-#include <filesystem>
 #include <memory>
 #include <string>
-
-#include <unistd.h>
 
 #include "daemon/open_station.h"
 #include "sim/sim_devices.h"
 #include "sim/sim_station.h"
+#include "tests/daemon/temporary_folder.h"
 
 namespace geond::daemon {
 
@@ -31,24 +28,5 @@ inline std::shared_ptr<sim::SimStation> SmallWorld(int pixels = 64) {
 inline OpenedStation SmallStation(const std::shared_ptr<sim::SimStation>& world) {
   return {SimulatedStation(world, {}), world};
 }
-
-// A folder of its own that is gone with it.
-class TemporaryFolder {
- public:
-  TemporaryFolder() {
-    std::string name = (std::filesystem::temp_directory_path() / "geond_test_XXXXXX").string();
-    path_ = mkdtemp(name.data());
-  }
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
 
 }  // namespace geond::daemon
