@@ -106,8 +106,8 @@ void Service::PlaceCalibrationTarget(int number, bool check, int views, const Re
         (*answer)["remedy"] = kept ? "" : "Check its diameter, see that the sphere is matt and in the sensor's field all "
                                           "the way round, that nothing else stands on the table, and place it again";
       },
-      [answer, reply](Answer status) {
-        reply(std::holds_alternative<RpcError>(status) ? std::move(status) : Answer(*answer));
+      [answer, reply](daemon::Answer status) {
+        reply(std::holds_alternative<RpcError>(status) ? std::move(status) : daemon::Answer(*answer));
       });
 }
 

@@ -50,7 +50,7 @@ Experiment AnnealingTrace(const Run& run) {
       "least value of the objective is a decrement. The thesis says that the normals' term dominates at first and that both are alike "
       "in the end. The stop by relative difference is left out here, so that the whole way can be seen.";
   const PointCloud cloud = ThinnedCloud(ScanViews(SevenObjects()[5], {}, run), 400, run);
-  const FitData data = PrepareFitData(cloud, {}, 400, 112);
+  const FitData data = PrepareFitData(cloud, 400, 112);
   VfsrOptions options;
   options.relative_difference = 0.0;
   if (!run.quick) options.most_evaluations = 50000;

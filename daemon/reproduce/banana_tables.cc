@@ -90,7 +90,7 @@ Plot RatioPlot(const std::string& title, const std::vector<Ratios>& all) {
 
 // gamma t1 alone, annealed: the objective of Fig. 6.21.
 SevenFits AnnealDistanceOnly(const PointCloud& cloud, const Run& run) {
-  const FitData data = PrepareFitData(cloud, {}, kPoints, 112);
+  const FitData data = PrepareFitData(cloud, kPoints, 112);
   SevenFits seven;
   double least = std::numeric_limits<double>::infinity();
   for (int k = 0; k < 7; ++k) {
