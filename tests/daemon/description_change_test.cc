@@ -8,7 +8,7 @@ namespace {
 
 Json Part(int id, const std::string& type, double x, double size, const Json& deviation = 0.2) {
   return {{"id", id}, {"type", type}, {"pose", {{"position_mm", {x, 0, 10}}}}, {"size_mm", {size, size, 20}},
-          {"deviation", {{"size_mm", {deviation, 0.2, 0.2}}}}};
+          {"deviation", {{"size_mm", {deviation, deviation, 0.2}}}}};
 }
 
 Json Two(const Json& a, const Json& b) { return {{"n_parts", 2}, {"parts", {a, b}}}; }

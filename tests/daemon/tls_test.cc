@@ -11,6 +11,7 @@
 #include <thread>
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 #include <openssl/pem.h>
 #include <openssl/x509.h>
 
@@ -97,7 +98,7 @@ TEST_F(TlsTest, ServesPageMethodsAndWebSocketOverTls) {
       http::write(stream, request);
       http::response<http::string_body> answer;
       http::read(stream, buffer, answer);
-      const Json status = Json::parse(answer.body())["result"];
+      const nlohmann::json status = nlohmann::json::parse(answer.body())["result"];
       EXPECT_EQ(status["state"], "idle");
       EXPECT_EQ(status["http"], "https://127.0.0.1:" + std::to_string(server.http_port()));
     }
@@ -138,8 +139,10 @@ TEST_F(TlsTest, MistakesAreFatalAndNamed) {
   std::filesystem::permissions(folder_.path() / "key.pem", std::filesystem::perms(0600));
   config_.http_key = "absent.pem";
   EXPECT_TRUE(fails("http.key"));
+  std::filesystem::permissions(folder_.path() / "certificate.pem", std::filesystem::perms(0600));
   config_.http_key = "certificate.pem";
   EXPECT_TRUE(fails("http.key")) << "no key";
+  config_.http_key = "key.pem";
   config_.http_certificate = "key.pem";
   EXPECT_TRUE(fails("http.certificate"));
   EXPECT_THROW(ParseConfig("[http]\ncertificate = \"a.pem\"\n", "x.toml"), ConfigError) << "one without the other";
