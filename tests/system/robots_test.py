@@ -271,7 +271,9 @@ def rotation_of_angles(a, b, c):
 
 
 def same(a, b):
-    return abs(abs(sum(x * y for x, y in zip(a, b))) - 1) < 1e-9
+    """Whether two quaternions, as precise as the dialects print them, are one turn (to 1e-6)."""
+    norm = math.sqrt(sum(x * x for x in a) * sum(y * y for y in b))
+    return 1 - abs(sum(x * y for x, y in zip(a, b))) / norm < 0.5e-12 / 4
 
 
 service = Service()

@@ -109,6 +109,7 @@ int main(int argc, char** argv) {
     Json description = ask("object.describe", Json::object());
     if (description.contains("result")) {
       description["result"].erase("seconds");
+      description["result"].erase("scan");  // a folder that a crash left before anybody heard of it keeps its number
       Say("done " + description["result"].dump());
     }
     service.reset();
