@@ -96,6 +96,7 @@ HttpPort::HttpPort(void* io_context, const HttpOptions& options, HttpHandlers ha
 HttpPort::~HttpPort() {
   error_code ignored;
   parts_->acceptor.close(ignored);
+  parts_->ended = true;  // connections live on in the io_context until that ends
 }
 
 int HttpPort::port() const { return parts_->acceptor.local_endpoint().port(); }

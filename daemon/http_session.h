@@ -34,6 +34,7 @@ struct HttpPortParts : std::enable_shared_from_this<HttpPortParts> {
   std::optional<boost::asio::ssl::context> tls;
   std::size_t clients = 0;
   std::uint64_t connections = 0;
+  bool ended = false;  // the port is gone, and what the handlers lead to may be
 };
 
 // One HTTP connection: request after request. Kept alive by what it waits for.

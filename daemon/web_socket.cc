@@ -43,7 +43,7 @@ class WebSocketSession : public std::enable_shared_from_this<WebSocketSession<St
 
  private:
   void End() {
-    if (std::exchange(added_, false)) parts_->handlers.remove_client(&client_);
+    if (std::exchange(added_, false) && !parts_->ended) parts_->handlers.remove_client(&client_);
   }
 
   void Read() {

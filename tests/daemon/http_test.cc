@@ -267,6 +267,18 @@ TEST_F(HttpTest, ANotificationIsAnsweredWithNothing) {
   EXPECT_THAT(Ask(post, R"({"jsonrpc":"2.0","method":"station.status"})"), StartsWith("HTTP/1.1 204"));
 }
 
+TEST_F(HttpTest, EndsWhileAWebSocketIsOpen) {
+  const int fd = Connect(server_->http_port());  // open until the program ends, so that the server ends first
+  const std::string request =
+      "GET /ws HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+      "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\nSec-WebSocket-Version: 13\r\n\r\n";
+  ASSERT_EQ(send(fd, request.data(), request.size(), MSG_NOSIGNAL), static_cast<ssize_t>(request.size()));
+  std::string text;
+  for (char letter; text.find("greeting") == std::string::npos && read(fd, &letter, 1) == 1;) text += letter;
+  EXPECT_THAT(text, StartsWith("HTTP/1.1 101"));
+  EXPECT_THAT(text, HasSubstr("greeting"));
+}
+
 TEST_F(HttpTest, RobotsAskOnTheirOwnPort) {
   const int fd = Connect(server_->robot_port());
   EXPECT_THAT(Robot(fd, "STATUS"), StartsWith("2 "));
