@@ -34,6 +34,12 @@ PointCloud Part(const Geon& geon, int count, const Keep& keep) {
   return Select(all, kept);
 }
 
+FitOptions Only(GeonType type) {
+  FitOptions options;
+  options.types = {type};
+  return options;
+}
+
 const GeonFit& OfType(const std::vector<GeonFit>& fits, GeonType type) {
   return *std::find_if(fits.begin(), fits.end(), [&](const GeonFit& f) { return f.geon.type == type; });
 }
@@ -51,7 +57,7 @@ std::vector<Eigen::Vector3d> Ring(const Geon& geon, double z, double radius) {
 TEST(JudgeEnds, SeesAllEndsOfAWholeShape) {
   for (const GeonType type : kGeonTypes) {
     Draw draw(7);
-    const std::vector<GeonFit> fits = FitGeons(SampleGeon(RandomGeon(type, draw), 600), {.types = {type}});
+    const std::vector<GeonFit> fits = FitGeons(SampleGeon(RandomGeon(type, draw), 600), Only(type));
     for (const auto& axis : fits.front().ends) {
       for (const EndState end : axis) EXPECT_EQ(end, EndState::kSeen) << GeonTypeName(type);
     }
@@ -63,7 +69,7 @@ TEST(JudgeEnds, SeesAllEndsOfAWholeShape) {
 TEST(FitGeons, DoesNotInventTheLengthOfAnOpenTube) {
   const Geon tube = Make(GeonType::kCylinder, {0.02, 0.02, 0.05});
   const PointCloud part = Part(tube, 800, [](const Eigen::Vector3d& p) { return std::abs(p.z()) < 0.03; });
-  const GeonFit fit = FitGeons(part, {.types = {GeonType::kCylinder}}).front();
+  const GeonFit fit = FitGeons(part, Only(GeonType::kCylinder)).front();
   EXPECT_EQ(fit.ends[2][0], EndState::kHidden);
   EXPECT_EQ(fit.ends[2][1], EndState::kHidden);
   EXPECT_NEAR(fit.geon.size.z(), 0.03, 0.0015);
@@ -77,7 +83,7 @@ TEST(FitGeons, TakesTheEndOfAPartAtItsCutForHidden) {
   const PointCloud part = Part(stump, 900, [](const Eigen::Vector3d& p) { return p.z() < 0.009; });
   Surroundings around;
   around.cuts = Ring(stump, 0.010, 0.031);
-  const GeonFit fit = FitGeons(part, {.types = {GeonType::kTaperedCylinder}}, {}, {}, around).front();
+  const GeonFit fit = FitGeons(part, Only(GeonType::kTaperedCylinder), {}, {}, around).front();
   const int open = fit.ends[2][0] == EndState::kHidden ? 0 : 1;
   EXPECT_EQ(fit.ends[2][open], EndState::kHidden);
   EXPECT_EQ(fit.ends[2][1 - open], EndState::kSeen);
@@ -94,7 +100,7 @@ TEST(FitGeons, EmptyPlacesBoundAnEndThatNobodySaw) {
     const Eigen::Vector3d p(draw.Uniform(-0.03, 0.03), draw.Uniform(-0.045, 0.045), draw.Uniform(0.0405, 0.06));
     around.empty.push_back(box.X_TG * p);
   }
-  const GeonFit fit = FitGeons(part, {.types = {GeonType::kCuboid}}, {}, {}, around).front();
+  const GeonFit fit = FitGeons(part, Only(GeonType::kCuboid), {}, {}, around).front();
   EXPECT_EQ(fit.geon.type, GeonType::kCuboid);
   EXPECT_NEAR(fit.geon.size.z(), 0.04, 3.0 * fit.deviation[8] + 0.0002);
   EXPECT_LT(fit.deviation[8], 0.1 * 0.04);
