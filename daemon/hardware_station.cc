@@ -68,7 +68,7 @@ drivers::ModbusTurntableOptions TurntableOptions(const Config& config) {
   options.address.baud = config.turntable_baud > 0 ? config.turntable_baud : options.profile.baud;
   options.address.parity = Parity(config.turntable_parity, options.profile.parity);
   options.address.stop_bits = options.profile.stop_bits;
-  options.address.response_timeout = std::chrono::milliseconds(config.turntable_response_ms);
+  options.address.response_timeout = options.address.probe_timeout = std::chrono::milliseconds(config.turntable_response_ms);
   if (std::abs(config.turntable_gear_ratio) < 1e-3)
     Fail("turntable.gear_ratio", "it is zero", "Give turns of the motor a turn of the table");
   options.gear_ratio = config.turntable_gear_ratio;

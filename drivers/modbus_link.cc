@@ -14,7 +14,6 @@ namespace {
 
 constexpr int kResyncRounds = 5;
 constexpr int kMostStrayBytes = 4096;
-constexpr std::chrono::milliseconds kProbeTime(30);  // for an answer at settings that are tried
 
 // The registers cannot be asked for, as against a reply that is lost or broken: the line is in order.
 bool IsModbusException(int error) { return error > MODBUS_ENOBASE && error < EMBBADCRC; }
@@ -122,7 +121,7 @@ void ModbusLink::Resynchronise() {
       if (!IsModbusException(error)) continue;
     }
     pollfd line{modbus_get_socket(context_.get()), POLLIN, 0};
-    if (poll(&line, 1, static_cast<int>(address_.response_timeout.count())) == 0) {
+    if (poll(&line, 1, quiet_ms()) == 0) {
       suspect_ = false;
       return;
     }
@@ -135,7 +134,7 @@ bool ModbusLink::DrainUntilQuiet() {
   int stray = 0;
   for (;;) {
     pollfd line{modbus_get_socket(context_.get()), POLLIN, 0};
-    if (poll(&line, 1, static_cast<int>(address_.response_timeout.count())) <= 0) return true;
+    if (poll(&line, 1, quiet_ms()) <= 0) return true;
     std::uint8_t bytes[256];
     const ssize_t n = read(line.fd, bytes, sizeof bytes);
     if (n <= 0) Fail("read from the line", n == 0 ? EIO : errno);
@@ -167,7 +166,7 @@ std::string FindLineSettings(const ModbusAddress& address, std::uint16_t probe) 
       ModbusAddress other = address;
       other.baud = baud;
       other.parity = parity;
-      other.response_timeout = std::min(address.response_timeout, kProbeTime);
+      other.response_timeout = address.probe_timeout;
       const auto context = ModbusLink::Open(other);
       std::uint16_t word = 0;
       if (!context) return {};

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -22,6 +23,9 @@ struct ModbusAddress {
   int port = 502;
   int unit = 1;
   std::chrono::milliseconds response_timeout{100};
+  // After so much silence no late reply is to be expected any more; absent: the response timeout.
+  std::optional<std::chrono::milliseconds> quiet_time = {};
+  std::chrono::milliseconds probe_timeout{30};  // for an answer at settings that are only tried
 };
 
 // One Modbus connection with no recovery of libmodbus' own. After any failure the next request first makes sure that no
@@ -50,8 +54,9 @@ class ModbusLink {
  private:
   void Ready();
   void Resynchronise();
-  // Throws away what comes in until nothing has for a response timeout; false if it never ends.
+  // Throws away what comes in until nothing has for the quiet time; false if it never ends.
   bool DrainUntilQuiet();
+  int quiet_ms() const { return static_cast<int>(address_.quiet_time.value_or(address_.response_timeout).count()); }
   [[noreturn]] void Fail(const std::string& call, int error);
 
   std::string name_;
@@ -61,7 +66,7 @@ class ModbusLink {
   bool suspect_ = false;  // a reply may still be under way
 };
 
-// What is wrong with the settings of a serial line on which nothing answers: tries other speeds and parities, a reply's
+// What is wrong with the settings of a serial line on which nothing answers: tries other speeds and parities, the probe's
 // time each, and says with which the device answers; empty if with none, or if it is no serial line.
 std::string FindLineSettings(const ModbusAddress& address, std::uint16_t probe);
 

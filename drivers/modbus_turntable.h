@@ -6,6 +6,7 @@
 #include <condition_variable>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 
@@ -68,8 +69,8 @@ class ModbusTurntable final : public Turntable {
   void KeepAlive(std::stop_token stop);
   // Throws DeviceError if a motor that is to turn has not for the stall time; call it with each status that is read.
   struct Stall {
-    std::int64_t position = 0;
-    Clock::time_point since = Clock::now();
+    std::optional<std::int64_t> position;
+    Clock::time_point since;
   };
   void CheckStall(Stall& stall, const std::string& call);
   // One request without a look at what went before, and no longer than one reply takes: for stopping.

@@ -9,6 +9,7 @@
 
 #include "core/base/error.h"
 #include "core/base/progress.h"
+#include "drivers/usb_guard.h"
 
 namespace geond::drivers {
 namespace {
@@ -27,19 +28,6 @@ constexpr std::array<std::uint8_t, 5> kAccess = {0x03, 0xf4, 0x72, 0x47, 0x44};
 constexpr std::array<std::uint8_t, 1> kOn = {1}, kOff = {0};
 
 }  // namespace
-
-template <typename Work>
-auto TimRangefinder::Guarded(const Work& work) {
-  try {
-    return work();
-  } catch (const DeviceError& error) {
-    const std::lock_guard lock(info_mutex_);
-    const bool gone = error.cause().find(UsbStatusWords(UsbPort::Status::kGone)) != std::string::npos;
-    info_.state = gone ? DeviceState::kAbsent : DeviceState::kFault;
-    info_.fault = error.what();
-    throw;
-  }
-}
 
 TimRangefinder::TimRangefinder(UsbOpener open, TimRangefinderOptions options)
     : open_(std::move(open)), options_(options), info_{"rangefinder", "tim", "", "", DeviceState::kAbsent, ""} {
@@ -72,7 +60,7 @@ std::optional<cola::Telegram> TimRangefinder::Next(Clock::time_point deadline, s
   while (true) {
     if (auto telegram = cola::TakeTelegram(received_, broken_)) return telegram;
     ThrowIfStopped(stop);
-    const auto left = std::chrono::ceil<milliseconds>(deadline - Clock::now());
+    const auto left = std::chrono::ceil<milliseconds>(deadline - port_->Now());
     if (left.count() <= 0) return std::nullopt;
     const UsbPort::Result result = port_->ControlIn(buffer, std::min(left, kGlance));
     if (result.status == UsbPort::Status::kStall) port_->ClearControlHalt();
@@ -94,7 +82,7 @@ cola::Telegram TimRangefinder::Ask(const std::string& text, cola::ByteView binar
   if (sent.status != UsbPort::Status::kOk) {
     Fail(name.c_str(), std::string(UsbStatusWords(sent.status)), "Plug it in again and reset the station");
   }
-  const Clock::time_point deadline = Clock::now() + options_.response_time;
+  const Clock::time_point deadline = port_->Now() + options_.response_time;
   while (const auto telegram = Next(deadline, {}, name.c_str())) {
     if (const std::string refusal = cola::ErrorReply(*telegram); !refusal.empty())
       Fail(name.c_str(), refusal, "Check its firmware");
@@ -107,7 +95,7 @@ cola::Telegram TimRangefinder::Ask(const std::string& text, cola::ByteView binar
 }
 
 void TimRangefinder::Open() {
-  Guarded([this] {
+  NotingFault(info_mutex_, info_, [this] {
     port_.reset();
     port_ = open_();
     received_.clear();
@@ -115,7 +103,7 @@ void TimRangefinder::Open() {
     const cola::Bytes who = cola::Encode(Protocol::kA, "sRN SCdevicestate");
     std::optional<cola::Telegram> answer;
     if (port_->ControlOut(who, options_.response_time).status == UsbPort::Status::kOk) {
-      answer = Next(Clock::now() + std::min(options_.response_time, kAnswerToA), {}, "open");
+      answer = Next(port_->Now() + std::min(options_.response_time, kAnswerToA), {}, "open");
     }
     if (!answer || answer->protocol == Protocol::kB) protocol_ = Protocol::kB;
     Ask("sEN LMDscandata 0", kOff, "sEA LMDscandata");  // whoever spoke to it before may have died
@@ -130,7 +118,7 @@ void TimRangefinder::Arm() {
   if (const DeviceInfo now = info(); !now.fault.empty()) {
     throw DeviceError(kName, "arm", "it failed before: " + now.fault, "Reset the station");
   }
-  Guarded([this] { Ask("sEN LMDscandata 1", kOn, "sEA LMDscandata"); });
+  NotingFault(info_mutex_, info_, [this] { Ask("sEN LMDscandata 1", kOn, "sEA LMDscandata"); });
   last_counter_.reset();
   const std::lock_guard lock(info_mutex_);
   info_.state = DeviceState::kArmed;
@@ -139,8 +127,8 @@ void TimRangefinder::Arm() {
 // Lines from before are no part of the next image.
 void TimRangefinder::Trigger() {
   if (info().state != DeviceState::kArmed) throw DeviceError(kName, "trigger", "it is not armed", "Arm it first");
-  Guarded([this] {
-    const Clock::time_point deadline = Clock::now() + milliseconds(1);
+  NotingFault(info_mutex_, info_, [this] {
+    const Clock::time_point deadline = port_->Now() + milliseconds(1);
     while (Next(deadline, {}, "trigger")) {
     }
   });
@@ -165,8 +153,8 @@ void TimRangefinder::StoreLine(const cola::ScanLine& line, RangeImage& image) co
 
 Exposure TimRangefinder::Read(milliseconds timeout, std::stop_token stop) {
   if (info().state != DeviceState::kArmed) throw DeviceError(kName, "read image", "it is not armed", "Arm it first");
-  return Guarded([&] {
-    const Clock::time_point deadline = Clock::now() + timeout;
+  return NotingFault(info_mutex_, info_, [&] {
+    const Clock::time_point deadline = port_->Now() + timeout;
     Exposure exposure;
     exposure.image.columns = options_.columns;
     line_times_.clear();
@@ -206,11 +194,11 @@ Exposure TimRangefinder::Read(milliseconds timeout, std::stop_token stop) {
 void TimRangefinder::Disarm() noexcept {
   if (!port_ || info().state != DeviceState::kArmed) return;
   try {
-    Guarded([this] { Ask("sEN LMDscandata 0", kOff, "sEA LMDscandata"); });
+    NotingFault(info_mutex_, info_, [this] { Ask("sEN LMDscandata 0", kOff, "sEA LMDscandata"); });
     const std::lock_guard lock(info_mutex_);
     info_.state = DeviceState::kIdle;
   } catch (...) {
-    // Guarded has noted it; Reset mends it.
+    // NotingFault has noted it; Reset mends it.
   }
 }
 

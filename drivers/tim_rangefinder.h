@@ -50,8 +50,6 @@ class TimRangefinder final : public Rangefinder {
                                      const char* call);
   void StoreLine(const cola::ScanLine& line, RangeImage& image) const;
   [[noreturn]] void Fail(const char* call, const std::string& cause, const std::string& remedy) const;
-  template <typename Work>
-  auto Guarded(const Work& work);
 
   const UsbOpener open_;
   const TimRangefinderOptions options_;

@@ -46,9 +46,9 @@ Ack ControlChannel::Transact(Command command, std::uint64_t address, ByteView da
                              ? EncodeReadMem(request_id_, address, static_cast<std::uint16_t>(count))
                              : EncodeWriteMem(request_id_, address, data);
     UsbPort::Result result = port_.ControlOut(packet, response_time_);
-    Clock::time_point deadline = Clock::now() + response_time_;
+    Clock::time_point deadline = port_.Now() + response_time_;
     while (result.status == Status::kOk) {
-      const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - Clock::now());
+      const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - port_.Now());
       if (left.count() <= 0) {
         result.status = Status::kTimeout;
         break;
@@ -59,7 +59,7 @@ Ack ControlChannel::Transact(Command command, std::uint64_t address, ByteView da
       if (ack.kind == Ack::Kind::kAnswer) return ack;
       if (ack.kind == Ack::Kind::kStale) continue;
       if (ack.kind == Ack::Kind::kPending) {
-        deadline = Clock::now() + std::chrono::milliseconds(ack.pending_ms);
+        deadline = port_.Now() + std::chrono::milliseconds(ack.pending_ms);
         continue;
       }
       cause = ack.error;

@@ -7,6 +7,7 @@
 
 #include "core/base/error.h"
 #include "drivers/little_endian.h"
+#include "drivers/usb_guard.h"
 #include "drivers/zip_file.h"
 
 namespace geond::drivers {
@@ -39,20 +40,6 @@ void RefuseNonsense(const RangeImage& image, const SensorModel& sensor) {
 
 }  // namespace
 
-// Runs one call to the camera; a failure makes it faulted or, if it is unplugged, absent.
-template <typename Work>
-auto U3vRangefinder::Guarded(const Work& work) {
-  try {
-    return work();
-  } catch (const DeviceError& error) {
-    const std::lock_guard lock(info_mutex_);
-    const bool gone = error.cause().find(UsbStatusWords(UsbPort::Status::kGone)) != std::string::npos;
-    info_.state = gone ? DeviceState::kAbsent : DeviceState::kFault;
-    info_.fault = error.what();
-    throw;
-  }
-}
-
 U3vRangefinder::U3vRangefinder(UsbOpener open, U3vRangefinderOptions options)
     : open_(std::move(open)), options_(std::move(options)), info_{"rangefinder",        "u3v", "", "",
                                                                   DeviceState::kAbsent, ""} {
@@ -73,7 +60,7 @@ U3vRangefinder::~U3vRangefinder() {
 }
 
 void U3vRangefinder::Open() {
-  Guarded([this] {
+  NotingFault(info_mutex_, info_, [this] {
     control_.reset();
     port_.reset();
     port_ = open_();
@@ -111,7 +98,7 @@ void U3vRangefinder::SetIfPresent(const char* feature, const char* entry) {
 }
 
 void U3vRangefinder::BringUp() {
-  Guarded([this] {
+  NotingFault(info_mutex_, info_, [this] {
     control_ = std::make_unique<u3v::ControlChannel>(*port_, options_.control);
     control_->Negotiate();
     ReadDescription();
@@ -232,7 +219,7 @@ void U3vRangefinder::Arm() {
       throw DeviceError(kName, "arm", "it failed before: " + info_.fault, "Reset the station");
     }
   }
-  Guarded([this] {
+  NotingFault(info_mutex_, info_, [this] {
     StopStream();
     const genicam::Description& camera = *description_;
     camera.WriteInteger("Width", sensor_.columns, memory_);
@@ -261,7 +248,7 @@ void U3vRangefinder::Trigger() {
   const std::lock_guard call(call_mutex_);
   if (options_.trigger != U3vRangefinderOptions::Trigger::kSoftware) return;
   if (!stream_) throw DeviceError(kName, "trigger", "it is not armed", "Arm it first");
-  Guarded([this] {
+  NotingFault(info_mutex_, info_, [this] {
     stream_->DiscardWaiting();  // a trigger that was sent twice leaves an image too many
     description_->Execute("TriggerSoftware", memory_);
   });
@@ -270,7 +257,7 @@ void U3vRangefinder::Trigger() {
 Exposure U3vRangefinder::Read(std::chrono::milliseconds timeout, std::stop_token stop) {
   const std::lock_guard call(call_mutex_);
   if (!stream_) throw DeviceError(kName, "read image", "it is not armed", "Arm it first");
-  return Guarded([&] {
+  return NotingFault(info_mutex_, info_, [&] {
     u3v::Frame frame;
     try {
       frame = stream_->Next(timeout, stop);
@@ -303,11 +290,11 @@ void U3vRangefinder::Disarm() noexcept {
   const std::lock_guard call(call_mutex_);
   if (!stream_) return;
   try {
-    Guarded([this] { StopStream(); });
+    NotingFault(info_mutex_, info_, [this] { StopStream(); });
     const std::lock_guard lock(info_mutex_);
     if (info_.state == DeviceState::kArmed) info_.state = DeviceState::kIdle;
   } catch (...) {
-    // Guarded has noted it; Reset mends it.
+    // NotingFault has noted it; Reset mends it.
   }
 }
 

@@ -60,8 +60,6 @@ class U3vRangefinder final : public Rangefinder {
   void StartStream();
   bool Has(const char* feature) const;
   void SetIfPresent(const char* feature, const char* entry);
-  template <typename Work>
-  auto Guarded(const Work& work);
 
   const UsbOpener open_;
   const U3vRangefinderOptions options_;

@@ -116,11 +116,11 @@ std::optional<Frame> StreamReader::Take(ByteView data, std::size_t posted) {
 }
 
 Frame StreamReader::Next(std::chrono::milliseconds timeout, std::stop_token stop) {
-  const Clock::time_point deadline = Clock::now() + timeout;
+  const Clock::time_point deadline = port_.Now() + timeout;
   while (true) {
     ThrowIfStopped(stop);
     if (posted_.empty()) Start();
-    const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - Clock::now());
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - port_.Now());
     const std::optional<UsbPort::Result> result = port_.Reap(std::clamp(left, std::chrono::milliseconds(0), kGlance));
     if (!result) {
       if (left.count() > 0) continue;

@@ -21,6 +21,9 @@ class UsbPort {
     std::size_t size = 0;  // bytes that went over
   };
   virtual ~UsbPort() = default;
+  // The clock by which waits on this port are counted; another than the real one if the device is simulated within this
+  // process.
+  virtual std::chrono::steady_clock::time_point Now() const { return std::chrono::steady_clock::now(); }
   virtual std::string model() const = 0;
   virtual std::string identity() const = 0;  // GUID or serial number
   virtual Result ControlOut(std::span<const std::uint8_t> data, std::chrono::milliseconds timeout) = 0;

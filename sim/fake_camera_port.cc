@@ -22,9 +22,14 @@ class FakeCameraPort final : public UsbPort {
     return Move(FakeCamera::kControlOut, copy);
   }
 
+  // As much time as was waited for in vain: a camera without a wire is not late because this machine stood still.
+  std::chrono::steady_clock::time_point Now() const override { return now_; }
+
   // An answer that is not there by now never comes.
-  Result ControlIn(std::span<std::uint8_t> buffer, std::chrono::milliseconds) override {
-    return Move(FakeCamera::kControlIn, buffer);
+  Result ControlIn(std::span<std::uint8_t> buffer, std::chrono::milliseconds timeout) override {
+    const Result result = Move(FakeCamera::kControlIn, buffer);
+    if (result.status == Status::kTimeout) now_ += timeout;
+    return result;
   }
 
   Status ClearControlHalt() override {
@@ -41,15 +46,19 @@ class FakeCameraPort final : public UsbPort {
   }
 
   std::optional<Result> Reap(std::chrono::milliseconds timeout) override {
-    for (int attempt = 0; attempt < 2; ++attempt) {
-      if (posted_.empty()) return std::nullopt;
+    if (posted_.empty()) return std::nullopt;
+    const auto end = std::chrono::steady_clock::now() + timeout;
+    while (true) {
       const Result result = Move(FakeCamera::kStreamIn, posted_.front());
       if (result.status != Status::kTimeout) {
         posted_.pop_front();
         return result;
       }
-      if (attempt == 0) camera_->WaitForChange(timeout);
+      const auto left = end - std::chrono::steady_clock::now();
+      if (left.count() <= 0) break;
+      camera_->WaitForChange(std::chrono::ceil<std::chrono::milliseconds>(left));
     }
+    now_ += timeout;
     return std::nullopt;
   }
 
@@ -78,6 +87,7 @@ class FakeCameraPort final : public UsbPort {
 
   const std::shared_ptr<FakeCamera> camera_;
   std::deque<std::span<std::uint8_t>> posted_;
+  std::chrono::steady_clock::time_point now_{};
 };
 
 }  // namespace

@@ -205,8 +205,8 @@ class FakeDrive::Server {
     ++requests_;
     if (!UnderstandsLine()) return;
     if (fault == WireFault::kOff || (fault == WireFault::kIntermittent && requests_ % 3 == 0)) return;
-    if (fault == WireFault::kSlow) Wait(std::chrono::milliseconds(30), stop);
-    if (fault == WireFault::kDelayed) Wait(std::chrono::milliseconds(150), stop);
+    if (fault == WireFault::kSlow) Wait(options_.slow, stop);
+    if (fault == WireFault::kDelayed) Wait(options_.late, stop);
     if (fault == WireFault::kGarbage) return Send({0x00, 0xff, 0x5a, 0xa5, 0x13, 0x37, 0x00, 0x01, 0x02});
     if (fault == WireFault::kBadChecksum) return Send({query[0], query[1], 0x04, 0x00, 0x00, 0x00, 0x00, 0xde, 0xad});
     if (fault == WireFault::kHalfFrame) return Send({query[0], query[1], 0x04, 0x00});

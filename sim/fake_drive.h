@@ -14,8 +14,8 @@ enum class WireFault {
   kStuck,         // replies, but the motor does not turn
   kGarbage,       // replies with rubbish
   kWrong,         // refuses every request (exception 04, or that of SetException)
-  kSlow,          // replies late, but in time
-  kDelayed,       // replies after the master gave up
+  kSlow,          // replies late, but in time (FakeDriveOptions::slow)
+  kDelayed,       // replies after the master gave up (FakeDriveOptions::late)
   kIntermittent,  // every third reply is lost
   kBadChecksum,   // a well-formed reply but for its checksum
   kHalfFrame,     // stops in the middle of a reply
@@ -29,6 +29,7 @@ struct FakeDriveOptions {
   // Settings of the serial line that it understands; on others it hears nothing. 0: on any.
   int baud = 0;
   char parity = 'E';
+  std::chrono::milliseconds slow{30}, late{150};  // how long replies take by these faults
 };
 
 // A drive of Oriental Motor's BLV-R kind at the wire: a Modbus server of its own on a pseudo-terminal (RTU) or on loopback

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <thread>
 
 #include "core/base/error.h"
 
@@ -15,7 +14,7 @@ namespace cola = drivers::cola;
 using drivers::UsbPort;
 using Status = UsbPort::Status;
 
-constexpr std::uint32_t kLineTime = 66'667;  // us: 15 Hz
+constexpr std::chrono::microseconds kLineTime(66'667);  // 15 Hz
 constexpr double kFarthest = 10.0;           // m
 
 class FakeTimPort final : public UsbPort {
@@ -28,13 +27,13 @@ class FakeTimPort final : public UsbPort {
     scanner_->Receive(data);
     return {Status::kOk, data.size()};
   }
-  Result ControlIn(std::span<std::uint8_t> buffer, std::chrono::milliseconds) override {
+  std::chrono::steady_clock::time_point Now() const override {
+    return std::chrono::steady_clock::time_point(scanner_->now());
+  }
+  Result ControlIn(std::span<std::uint8_t> buffer, std::chrono::milliseconds timeout) override {
     if (!Present()) return {Status::kGone, 0};
-    const cola::Bytes said = scanner_->Send();
-    if (said.empty()) {
-      std::this_thread::yield();
-      return {Status::kTimeout, 0};
-    }
+    const cola::Bytes said = scanner_->Send(timeout);
+    if (said.empty()) return {Status::kTimeout, 0};
     if (said.size() > buffer.size()) return {Status::kOverflow, 0};
     std::copy(said.begin(), said.end(), buffer.begin());
     return {Status::kOk, said.size()};
@@ -71,6 +70,7 @@ void FakeTim::Obey(const cola::Telegram& telegram) {
   if (kind == "sEN" && name == "LMDscandata") {
     const std::uint8_t last = telegram.content.back();
     scanning_ = binary ? last == 1 : last == '1';
+    next_line_ = now_ + kLineTime;
     return say("sEA LMDscandata", scanning_);
   }
   say("sFA", 3);
@@ -86,24 +86,30 @@ void FakeTim::Receive(cola::ByteView data) {
   }
 }
 
-cola::Bytes FakeTim::Send() {
+cola::Bytes FakeTim::Send(std::chrono::microseconds wait) {
   const std::lock_guard lock(mutex_);
-  if (faults_.silent) return {};
-  if (!answers_.empty()) return std::exchange(answers_, {});
-  if (!scanning_) return {};
+  if (!faults_.silent && !answers_.empty()) return std::exchange(answers_, {});
+  const std::chrono::microseconds end = now_ + wait;
+  while (scanning_ && !faults_.silent && next_line_ <= end) {
+    now_ = std::exchange(next_line_, next_line_ + kLineTime);
+    ++lines_;
+    if (faults_.lost_lines == 0) return Line();
+    --faults_.lost_lines;
+  }
+  now_ = end;
+  return {};
+}
+
+cola::Bytes FakeTim::Line() {
   cola::ScanLine line;
-  line.telegram_counter = line.scan_counter = ++lines_ & 0xffff;
-  line.start_us = lines_ * kLineTime;
+  line.telegram_counter = line.scan_counter = lines_ & 0xffff;
+  line.start_us = static_cast<std::uint32_t>(now_.count());
   line.status = faults_.status;
   line.scan_frequency = 15.0;
   line.first_angle = kFirstAngle;
   line.step = kStep;
   line.range = take_();
   line.remission.assign(line.range.size(), 200);
-  if (faults_.lost_lines > 0) {
-    --faults_.lost_lines;
-    return {};
-  }
   const cola::Telegram telegram = cola::EncodeScanLine(line, protocol_);
   cola::Bytes framed = protocol_ == cola::Protocol::kA
                            ? cola::Encode(protocol_, std::string(telegram.content.begin(), telegram.content.end()))
@@ -127,6 +133,11 @@ void FakeTim::SetFaults(const FakeTimFaults& faults) {
 FakeTimFaults FakeTim::faults() const {
   const std::lock_guard lock(mutex_);
   return faults_;
+}
+
+std::chrono::microseconds FakeTim::now() const {
+  const std::lock_guard lock(mutex_);
+  return now_;
 }
 
 bool FakeTim::scanning() const {

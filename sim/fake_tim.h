@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -23,8 +24,8 @@ struct FakeTimFaults {
   int lost_lines = 0;        // counted, not sent
 };
 
-// A SICK TiM line scanner seen from its USB endpoints: commands, and lines while they are wanted. It takes a line
-// whenever one is read. Any thread.
+// A SICK TiM line scanner seen from its USB endpoints: commands, and 15 lines a second while they are wanted. Its time
+// is that which its reader waits for, so that nothing depends on how fast this machine is. Any thread.
 class FakeTim {
  public:
   using TakeLine = std::function<std::vector<float>()>;  // ranges, m, NaN for nothing
@@ -34,9 +35,11 @@ class FakeTim {
   FakeTim(drivers::cola::Protocol protocol, TakeLine take, std::string serial = "TIM0001")
       : protocol_(protocol), take_(std::move(take)), serial_(std::move(serial)) {}
 
-  // One transfer to it, and one from it (none: nothing to say).
+  // One transfer to it.
   void Receive(drivers::cola::ByteView data);
-  drivers::cola::Bytes Send();
+  // One transfer from it: what it says within `wait`, of which as much passes as that takes; none: nothing to say.
+  drivers::cola::Bytes Send(std::chrono::microseconds wait);
+  std::chrono::microseconds now() const;
   void SetFaults(const FakeTimFaults& faults);
   FakeTimFaults faults() const;
   bool scanning() const;
@@ -45,6 +48,7 @@ class FakeTim {
  private:
   void Obey(const drivers::cola::Telegram& telegram);
   void Say(const std::string& text, drivers::cola::ByteView binary = {});
+  drivers::cola::Bytes Line();
 
   const drivers::cola::Protocol protocol_;
   const TakeLine take_;
@@ -52,6 +56,7 @@ class FakeTim {
   mutable std::mutex mutex_;
   drivers::cola::Bytes received_, answers_;
   bool scanning_ = false;
+  std::chrono::microseconds now_{0}, next_line_{0};
   std::uint32_t lines_ = 0;
   FakeTimFaults faults_;
 };

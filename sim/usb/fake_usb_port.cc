@@ -48,8 +48,8 @@ Bytes Configuration() {
   return bytes;
 }
 
-// The kernel's side of a USB device file: takes, completes and hands back the requests of a program. One lock for all;
-// umockdev calls from its own thread, orders come from another.
+// The kernel's side of a USB device file: takes, completes and hands back the requests of programs, each those of its own
+// open file. One lock for all; umockdev calls from its own thread, orders come from another.
 class UsbDeviceFile {
  public:
   UsbDeviceFile(FakeCamera& camera, UMockdevTestbed* testbed) : camera_(camera), testbed_(testbed) {
@@ -226,7 +226,7 @@ class UsbDeviceFile {
       return TRUE;
     };
     const bool reap = request == USBDEVFS_REAPURB || request == USBDEVFS_REAPURBNDELAY;
-    if (gone_ && !(reap && !done_.empty()) && request != USBDEVFS_RELEASEINTERFACE) return answer(-1, ENODEV);
+    if (gone_ && !reap && request != USBDEVFS_RELEASEINTERFACE) return answer(-1, ENODEV);
     switch (request) {
       case USBDEVFS_GET_CAPABILITIES: {
         UMockdevIoctlData* data = umockdev_ioctl_data_resolve(argument, 0, 4, nullptr);
@@ -268,7 +268,7 @@ class UsbDeviceFile {
       case USBDEVFS_DISCARDURB: {
         const gulong address = *reinterpret_cast<gulong*>(argument->data);
         for (auto it = waiting_.begin(); it != waiting_.end(); ++it) {
-          if (it->urb->client_addr != address) continue;
+          if (it->client != client || it->urb->client_addr != address) continue;
           it->status = -ENOENT;
           done_.splice(done_.end(), waiting_, it);
           SetReady(true);
@@ -285,12 +285,13 @@ class UsbDeviceFile {
   }
 
   gboolean Reap(UMockdevIoctlClient* client, UMockdevIoctlData* argument) {
-    if (done_.empty()) {
+    const auto own = std::ranges::find(done_, client, &Request::client);
+    if (own == done_.end()) {
       umockdev_ioctl_client_complete(client, -1, gone_ ? ENODEV : EAGAIN);
       return TRUE;
     }
-    const Request request = done_.front();
-    done_.pop_front();
+    const Request request = *own;
+    done_.erase(own);
     Urb(request).status = request.status;
     Urb(request).actual_length = request.size;
     UMockdevIoctlData* pointer = umockdev_ioctl_data_resolve(argument, 0, sizeof(void*), nullptr);

@@ -33,7 +33,7 @@ class TimTest : public testing::TestWithParam<Protocol> {
   std::string ErrorOf(TimRangefinder& driver) {
     try {
       driver.Trigger();
-      driver.Read(milliseconds(50), {});
+      driver.Read(milliseconds(1000), {});
     } catch (const DeviceError& error) {
       return error.what();
     }
@@ -118,7 +118,7 @@ TEST_P(TimTest, LostLinesAreNoticed) {
   std::string words;
   for (int i = 0; i < 2 && words.empty(); ++i) {
     try {
-      driver->Read(milliseconds(500), {});
+      driver->Read(milliseconds(5000), {});
       scanner_->SetFaults([] {
         FakeTimFaults faults;
         faults.lost_lines = 1;

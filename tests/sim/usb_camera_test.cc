@@ -32,6 +32,7 @@ using std::chrono::milliseconds;
 using testing::HasSubstr;
 
 constexpr int kColumns = 96, kRows = 80;
+constexpr milliseconds kPatience(2000);  // with a machine that does much else
 const std::string kScene = std::string(GEOND_SOURCE_DIR) + "/config/scenes/mug.toml";
 
 std::string Program() { return fs::read_symlink("/proc/self/exe").string(); }
@@ -99,11 +100,12 @@ class UsbCameraInside : public testing::Test {
   std::unique_ptr<U3vRangefinder> Open() {
     U3vRangefinderOptions options;
     options.pixel_format = "Coord3D_C32f";
+    options.control.response_time = kPatience;
     return std::make_unique<U3vRangefinder>(drivers::LibusbCamera(""), options);
   }
   Exposure TakeOne(U3vRangefinder& driver) {
     driver.Trigger();
-    return driver.Read(milliseconds(5000), {});
+    return driver.Read(5 * kPatience, {});
   }
   std::string orders_;
 };
@@ -165,24 +167,26 @@ TEST_F(UsbCameraInside, BFaultsAtTheWire) {
 TEST_F(UsbCameraInside, CTriggeredByWire) {
   U3vRangefinderOptions options;
   options.trigger = U3vRangefinderOptions::Trigger::kWire;
+  options.control.response_time = kPatience;
   U3vRangefinder driver(drivers::LibusbCamera("FC0001"), options);
   driver.Arm();
   EXPECT_THROW(driver.Read(milliseconds(20), {}), TimeoutError);
   driver.Reset();
   driver.Arm();
   Order("trigger");
-  EXPECT_FALSE(driver.Read(milliseconds(5000), {}).image.depth.empty());
+  EXPECT_FALSE(driver.Read(5 * kPatience, {}).image.depth.empty());
   EXPECT_THROW(drivers::LibusbCamera("NOBODY")(), DeviceError);
 }
 
 TEST_F(UsbCameraInside, DUnpluggedWhileItWaitsAndPluggedInAgain) {
   U3vRangefinderOptions options;
   options.trigger = U3vRangefinderOptions::Trigger::kWire;
+  options.control.response_time = kPatience;
   U3vRangefinder driver(drivers::LibusbCamera(""), options);
   driver.Arm();
   Order("unplug");
   try {
-    driver.Read(milliseconds(5000), {});
+    driver.Read(5 * kPatience, {});
     ADD_FAILURE() << "no error";
   } catch (const DeviceError& error) {
     EXPECT_THAT(error.what(), HasSubstr("unplugged"));
@@ -201,7 +205,7 @@ TEST_F(UsbCameraInside, DUnpluggedWhileItWaitsAndPluggedInAgain) {
   ASSERT_TRUE(back);
   driver.Arm();
   Order("trigger");
-  EXPECT_FALSE(driver.Read(milliseconds(5000), {}).image.depth.empty());
+  EXPECT_FALSE(driver.Read(5 * kPatience, {}).image.depth.empty());
 }
 
 }  // namespace
