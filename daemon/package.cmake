@@ -3,7 +3,8 @@
 include(GNUInstallDirs)
 install(TARGETS geon geond RUNTIME DESTINATION bin)
 install(FILES ${PROJECT_SOURCE_DIR}/config/geond.toml ${PROJECT_SOURCE_DIR}/config/sim.toml DESTINATION /etc/geond)
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/config/scenes DESTINATION /etc/geond FILES_MATCHING PATTERN "*.toml")
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/config/scenes ${PROJECT_SOURCE_DIR}/config/drives DESTINATION /etc/geond
+        FILES_MATCHING PATTERN "*.toml")
 install(FILES ${PROJECT_SOURCE_DIR}/systemd/geond.service ${PROJECT_SOURCE_DIR}/systemd/geond.socket DESTINATION /lib/systemd/system)
 install(FILES ${PROJECT_SOURCE_DIR}/systemd/grafana_dashboard.json ${PROJECT_SOURCE_DIR}/docs/operating.md ${PROJECT_SOURCE_DIR}/docs/api.md
         DESTINATION share/doc/geond)

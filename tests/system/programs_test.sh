@@ -41,4 +41,9 @@ fi
 kill -TERM $pid
 wait $pid || fail "geond did not end well"
 "$geon" status >/dev/null 2>&1 && fail "it still answers"
+
+# Every configuration file travels in the package, and is kept there as the site has changed it.
+for file in $(cd "$source/config" && find . -name '*.toml' | sed 's,^\./,,'); do
+  grep -qx "/etc/geond/$file" "$source/systemd/debian/conffiles" || fail "config/$file is no conffile of the package"
+done
 echo "all is well"
