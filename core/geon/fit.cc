@@ -25,7 +25,7 @@ constexpr int kSearchPoints = 112;
 void CheckOptions(const FitOptions& options) {
   if (options.types.empty()) throw std::invalid_argument("no geon type was asked for");
   for (const double v : {options.lambda, options.search_lambda, options.report_lambda, options.fallback_distance,
-                         options.fallback_errors, options.fallback_scatter_ratio}) {
+                         options.fallback_errors, options.fallback_scatter_ratio, options.least_gamma}) {
     if (!(v >= 0.0) || !std::isfinite(v)) throw std::invalid_argument("weights of the fit must be finite and not negative");
   }
   if (!(options.fallback_ratio >= 1.0)) throw std::invalid_argument("fallback_ratio must be at least 1");
@@ -70,18 +70,18 @@ RefineResult FindType(GeonType type, const FitData& data, const std::vector<Eige
   if (options.optimizer == FitOptions::Optimizer::kVfsr) {
     return AnnealType(type, data, options.lambda, options.seed + 1000003 * static_cast<std::uint64_t>(type), options.vfsr, stop);
   }
-  return SearchType(type, data, frames, options.search_lambda, options.lambda, base, stop);
+  return SearchType(type, data, frames, options, base, stop);
 }
 
-// What is reported of it: parameters refined at report_lambda, without the length that nobody saw. Annealed ones as they are.
-GeonFit Report(const RefineResult& found, const FitData& data, const FitOptions& options) {
-  const bool annealed = options.optimizer == FitOptions::Optimizer::kVfsr;
+// What is reported of it: if it is the chosen one, parameters refined at report_lambda, without the length that nobody saw;
+// annealed ones as they are.
+GeonFit Report(const RefineResult& found, const FitData& data, const FitOptions& options, bool chosen) {
   RefineResult reported = found;
   double lambda = options.lambda;
   int evaluations = found.evaluations;
-  if (!annealed) {
+  if (chosen && options.optimizer == FitOptions::Optimizer::kMultiStart) {
     lambda = options.report_lambda;
-    reported = Polish(found.state, data, lambda);
+    reported = Polish(found.state, data, lambda, options.least_gamma, 1e-9);
     evaluations += reported.evaluations;
     reported.state = WithoutHiddenLength(reported.state, data);
   }
@@ -113,7 +113,7 @@ std::vector<GeonFit> FitGeons(const PointCloud& part, const FitOptions& options,
   CheckOptions(options);
   const auto begin = std::chrono::steady_clock::now();
   const FitData data = PrepareFitData(part, around, options.outline_of_one_view, options.max_points, kSearchPoints);
-  const std::vector<Eigen::Matrix3d> frames = CandidateFrames(data.few);
+  std::vector<Eigen::Matrix3d> frames = CandidateFrames(data.few);
 
   std::vector<GeonType> types = options.types;
   std::sort(types.begin(), types.end());
@@ -130,12 +130,16 @@ std::vector<GeonFit> FitGeons(const PointCloud& part, const FitOptions& options,
       const auto base = std::find(types.begin(), types.end(), BaseType(types[at]));
       const GeonState* base_state = base != types.end() ? &found[static_cast<std::size_t>(base - types.begin())].state : nullptr;
       found[at] = FindType(types[at], data, frames, base_state, options, stop);
-      fits[at] = Report(found[at], data, options);
     });
     ThrowIfStopped(stop);
+    if (deformed || !options.thorough) continue;
+    for (std::size_t at = 0; at < types.size(); ++at) {
+      if (BaseType(types[at]) == types[at]) AddFrame(found[at].state.rotation, frames);
+    }
   }
 
   const Choice choice = ChooseType(found, data, options);
+  for (std::size_t at = 0; at < types.size(); ++at) fits[at] = Report(found[at], data, options, at == choice.chosen);
   const auto chosen = fits.begin() + static_cast<std::ptrdiff_t>(choice.chosen);
   std::rotate(fits.begin(), chosen, chosen + 1);
   std::stable_sort(fits.begin() + 1, fits.end(),

@@ -37,9 +37,15 @@ struct FitOptions {
   double fallback_ratio = 1.20;      // a deformed winner falls back to its base type if
   double fallback_distance = 0.001;  // E_base <= fallback_ratio E + fallback_distance D, D the diagonal of the data, or if
   double fallback_errors = 3.0;      // E_base - E is below so many of its standard errors and
-  double fallback_scatter_ratio = 1.35;  // E_base <= fallback_scatter_ratio E
+  double fallback_scatter_ratio = 1.30;  // E_base <= fallback_scatter_ratio E
   bool outline_of_one_view = true;  // of data seen from one side about which nothing else is known: what lies outside their
                                     // outline is taken for empty; false: the thesis' objective and nothing else
+  // Keeps every start to the end, begins from more frames, and searches a second time, at ten times search_lambda: the least
+  // objective of types that the data are not of as well, at some ten times the time.
+  bool thorough = false;
+  // Of the mean half size, as a share of the data's diagonal: a geon that shrinks to a point makes the normals' term vanish,
+  // and on data that fit nothing well that would be the least objective. Rods and plates have 0.17; next to 0: as the thesis.
+  double least_gamma = 0.1;
   int max_points = 1500;        // more are thinned, evenly and deterministically
   std::uint64_t seed = 1;       // of the annealing; the multi-start draws nothing at random
   int threads = 0;
@@ -47,7 +53,7 @@ struct FitOptions {
 
 // One type fitted to the data.
 struct GeonFit {
-  Geon geon;                    // canonical, its parameters refined at report_lambda
+  Geon geon;                    // canonical; of the first fit refined at report_lambda, of the others at lambda
   double residual = 0.0;        // mean first-order orthogonal distance to the surface, m (correction 11)
   double objective = 0.0;       // the least E at lambda, m, with the mean depth by which it covers empty places; what the
                                 // types are compared by

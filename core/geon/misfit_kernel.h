@@ -307,6 +307,13 @@ PlainSums SumBlocks(const PlainState& g, const PlainPoints& points, double floor
   return sums.Total();
 }
 
+GEOND_LANES_INLINE Column Scaled(const Column& c, Lanes by_distance, Lanes by_normal) {
+  return {by_distance * c.e, {by_normal * c.t[0], by_normal * c.t[1]}};
+}
+GEOND_LANES_INLINE void AddProduct(Lanes& sum, const Column& a, const Column& b) {
+  sum = MulAdd(a.e, b.e, MulAdd(a.t[0], b.t[0], MulAdd(a.t[1], b.t[1], sum)));
+}
+
 template <Base kBase, Bending kBending>
 void DifferentiateBlocks(const PlainState& g, const PlainPoints& points, double normal_weight, double floor,
                          PlainDerivatives& out) {
@@ -320,16 +327,30 @@ void DifferentiateBlocks(const PlainState& g, const PlainPoints& points, double 
     sums.Add(block, points, at, floor, by_distance, by_normal);
     const Lanes weighted_e = by_distance * block.e, r0 = by_normal * block.tangent[0], r1 = by_normal * block.tangent[1];
     const Lanes wn = by_normal * normal_weight;
-    int at_pair = 0;
-    for (int j = 0; j < n; ++j) {
-      const Column& a = block.column[j];
-      distance_gradient[j] = MulAdd(weighted_e, a.e, distance_gradient[j]);
-      normal_gradient[j] = MulAdd(r0, a.t[0], MulAdd(r1, a.t[1], normal_gradient[j]));
-      const Lanes ae = by_distance * a.e, a0 = wn * a.t[0], a1 = wn * a.t[1];
-      for (int l = 0; l <= j; ++l, ++at_pair) {
-        const Column& b = block.column[l];
-        hessian[at_pair] = MulAdd(ae, b.e, MulAdd(a0, b.t[0], MulAdd(a1, b.t[1], hessian[at_pair])));
+    // The lower triangle two rows at a time, which read the columns once; unrolled, since nobody but us knows how short it is.
+#pragma GCC unroll 6
+    for (int j = 0; j < n; j += 2) {
+      const Column& upper = block.column[j];
+      const Column a = Scaled(upper, by_distance, wn);
+      Lanes* const upper_sums = hessian + j * (j + 1) / 2;
+      distance_gradient[j] = MulAdd(weighted_e, upper.e, distance_gradient[j]);
+      normal_gradient[j] = MulAdd(r0, upper.t[0], MulAdd(r1, upper.t[1], normal_gradient[j]));
+      if (j + 1 == n) {
+#pragma GCC unroll 11
+        for (int l = 0; l <= j; ++l) AddProduct(upper_sums[l], a, block.column[l]);
+        break;
       }
+      const Column& lower = block.column[j + 1];
+      const Column b = Scaled(lower, by_distance, wn);
+      Lanes* const lower_sums = upper_sums + j + 1;
+      distance_gradient[j + 1] = MulAdd(weighted_e, lower.e, distance_gradient[j + 1]);
+      normal_gradient[j + 1] = MulAdd(r0, lower.t[0], MulAdd(r1, lower.t[1], normal_gradient[j + 1]));
+#pragma GCC unroll 11
+      for (int l = 0; l <= j; ++l) {
+        AddProduct(upper_sums[l], a, block.column[l]);
+        AddProduct(lower_sums[l], b, block.column[l]);
+      }
+      AddProduct(lower_sums[j + 1], b, lower);
     }
   }
   out.sums = sums.Total();

@@ -9,15 +9,17 @@
 namespace geond {
 namespace {
 
-// Rounds of the search on few points: how many candidates stay, how many steps each gets, and whether at the lambda of the
-// search or of the choice.
+// Rounds of the search: how many candidates begin it, how many steps each gets, at the lambda of the search or of the
+// choice, with which floor, on few points or on all.
 struct Round {
   int keep, steps;
   bool at_search_lambda;
   double floor;
+  bool on_all;
 };
-constexpr Round kRounds[] = {{40, 4, true, 1e-2}, {16, 6, true, 3e-3}, {12, 8, false, 3e-3}, {6, 8, false, 1e-3}};
-constexpr int kFinalists = 6;
+constexpr Round kRounds[] = {{40, 4, true, 1e-2, false}, {16, 6, true, 3e-3, false}, {12, 8, false, 3e-3, false},
+                             {6, 8, false, 1e-3, false}, {6, 4, false, 1e-3, true},  {3, 8, false, 1e-3, true}};
+constexpr int kThorough = 200;   // candidates kept by a thorough search
 
 void KeepBest(std::vector<RefineResult>& candidates, std::size_t count) {
   std::stable_sort(candidates.begin(), candidates.end(),
@@ -38,47 +40,20 @@ void DropTwins(std::vector<RefineResult>& candidates) {
   candidates = std::move(distinct);
 }
 
-}  // namespace
-
-ParameterBounds BoundsOf(const FitData& data) {
+ParameterBounds BoundsOf(const FitData& data, double least_gamma) {
   ParameterBounds bounds;
   bounds.center = data.box.center();
+  bounds.least_gamma = least_gamma;
   return bounds;
 }
 
-double ObjectiveOf(const RefineResult& fit, const FitData& data, double lambda) {
-  const MisfitSums sums = SumMisfit(fit.state, data.all);
-  return (sums.distance + lambda * fit.state.gamma() * sums.normal + sums.covered) / sums.weight;
-}
-
-RefineResult Polish(const GeonState& start, const FitData& data, double lambda) {
-  const ParameterBounds bounds = BoundsOf(data);
-  RefineResult result;
-  result.state = start;
-  int evaluations = 0;
-  double t1 = SumMisfit(start, data.all).distance / data.all.size;
-  for (int pass = 0; pass < 3; ++pass) {
-    RefineOptions options;
-    options.lambda = lambda;
-    options.floor = std::max(0.1 * t1, 1e-9);
-    options.iterations = pass == 0 ? 30 : 40;
-    options.tolerance = pass == 0 ? 1e-4 : 1e-9;
-    options.damping = 1e-4;
-    result = Refine(result.state, data.all, bounds, options);
-    evaluations += result.evaluations;
-    if (pass > 0 && result.t1 > 0.7 * t1) break;
-    t1 = result.t1;
-  }
-  result.evaluations = evaluations;
-  return result;
-}
-
-RefineResult SearchType(GeonType type, const FitData& data, const std::vector<Eigen::Matrix3d>& frames,
-                        double search_lambda, double lambda, const GeonState* base, std::stop_token stop) {
-  const ParameterBounds bounds = BoundsOf(data);
+// The search with its first rounds at `search_lambda`.
+RefineResult SearchAt(double search_lambda, GeonType type, const FitData& data, const std::vector<Eigen::Matrix3d>& frames,
+                      const FitOptions& fit, const GeonState* base, std::stop_token stop) {
+  const ParameterBounds bounds = BoundsOf(data, fit.least_gamma);
   RefineOptions options;
   options.lambda = search_lambda;
-  options.floor = 1e-2;
+  options.floor = kRounds[0].floor;
   options.tolerance = 1e-4;
   int evaluations = 0;
   std::vector<RefineResult> candidates;
@@ -93,35 +68,68 @@ RefineResult SearchType(GeonType type, const FitData& data, const std::vector<Ei
     }
   };
   begin_at(StartStates(type, frames, data.few, data.view));
-  bool base_to_come = base != nullptr && BaseType(type) != type;
+  bool base_to_come = base != nullptr;
   for (const Round& round : kRounds) {
     ThrowIfStopped(stop);
-    KeepBest(candidates, round.keep);
+    KeepBest(candidates, fit.thorough ? kThorough : round.keep);
     options.iterations = round.steps;
-    options.lambda = round.at_search_lambda ? search_lambda : lambda;
+    options.lambda = round.at_search_lambda ? search_lambda : fit.lambda;
     options.floor = round.floor;
     if (base_to_come && !round.at_search_lambda) {
       begin_at(StartsFromBase(type, *base));
       base_to_come = false;
     }
     for (RefineResult& candidate : candidates) {
-      candidate = Refine(candidate.state, data.few, bounds, options);
+      candidate = Refine(candidate.state, round.on_all ? data.all : data.few, bounds, options);
       evaluations += candidate.evaluations;
     }
-    KeepBest(candidates, round.keep);
+    KeepBest(candidates, candidates.size());
     DropTwins(candidates);
   }
-  KeepBest(candidates, kFinalists);
-  for (RefineResult& candidate : candidates) {
-    ThrowIfStopped(stop);
-    options.iterations = 12;
-    options.lambda = lambda;
-    candidate = Refine(candidate.state, data.all, bounds, options);
-    evaluations += candidate.evaluations;
-  }
-  KeepBest(candidates, 1);
-  RefineResult best = Polish(candidates.front().state, data, lambda);
+  RefineResult best = Polish(candidates.front().state, data, fit.lambda, fit.least_gamma, 1e-7);
   best.evaluations += evaluations;
+  return best;
+}
+
+}  // namespace
+
+double ObjectiveOf(const RefineResult& fit, const FitData& data, double lambda) {
+  const MisfitSums sums = SumMisfit(fit.state, data.all);
+  return (sums.distance + lambda * fit.state.gamma() * sums.normal + sums.covered) / sums.weight;
+}
+
+RefineResult Polish(const GeonState& start, const FitData& data, double lambda, double least_gamma, double tolerance) {
+  const ParameterBounds bounds = BoundsOf(data, least_gamma);
+  RefineResult result;
+  result.state = start;
+  int evaluations = 0;
+  double t1 = SumMisfit(start, data.all).distance / data.all.size;
+  for (int pass = 0; pass < 3; ++pass) {
+    RefineOptions options;
+    options.lambda = lambda;
+    options.floor = std::max(0.1 * t1, 1e-9);
+    options.iterations = pass == 0 ? 30 : 40;
+    options.tolerance = pass == 0 ? 1e-4 : tolerance;
+    options.damping = 1e-4;
+    result = Refine(result.state, data.all, bounds, options);
+    evaluations += result.evaluations;
+    if (pass > 0 && result.t1 > 0.7 * t1) break;
+    t1 = result.t1;
+  }
+  result.evaluations = evaluations;
+  return result;
+}
+
+RefineResult SearchType(GeonType type, const FitData& data, const std::vector<Eigen::Matrix3d>& frames,
+                        const FitOptions& options, const GeonState* base, std::stop_token stop) {
+  if (BaseType(type) == type) base = nullptr;
+  RefineResult best = SearchAt(options.search_lambda, type, data, frames, options, base, stop);
+  if (options.thorough) {
+    const RefineResult other = SearchAt(10.0 * options.search_lambda, type, data, frames, options, base, stop);
+    const int evaluations = best.evaluations + other.evaluations;
+    if (other.objective < best.objective) best = other;
+    best.evaluations = evaluations;
+  }
   return best;
 }
 

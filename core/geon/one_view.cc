@@ -8,6 +8,8 @@
 
 #include <Eigen/Geometry>
 
+#include "core/geon/nearest.h"
+
 namespace geond {
 namespace {
 
@@ -74,11 +76,11 @@ OneView FindOneView(const std::vector<Eigen::Vector3d>& points, const std::vecto
   const double range = std::max(*furthest - *nearest, 1e-9);
 
   // Distances to the third neighbour say how dense the points are: of even ones with a gap g it is 0.98 g.
-  std::vector<double> third(n), squares(n);
+  std::vector<double> third(n);
   for (std::size_t i = 0; i < n; ++i) {
-    for (std::size_t j = 0; j < n; ++j) squares[j] = (image[j] - image[i]).squaredNorm();
-    std::nth_element(squares.begin(), squares.begin() + 3, squares.end());
-    third[i] = std::sqrt(squares[3]) / 0.98;
+    Nearest<4> near;   // itself first
+    for (std::size_t j = 0; j < n; ++j) near.Add((image[j] - image[i]).squaredNorm(), static_cast<int>(j));
+    third[i] = std::sqrt(near.square[3]) / 0.98;
   }
   const auto at_share = [&](double share) {
     const auto at = static_cast<std::ptrdiff_t>(share * static_cast<double>(n - 1));

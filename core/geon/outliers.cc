@@ -4,7 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <utility>
+
+#include "core/geon/nearest.h"
 
 namespace geond {
 namespace {
@@ -20,14 +21,14 @@ std::vector<bool> FindOutliers(const std::vector<Eigen::Vector3d>& points, const
   std::vector<bool> outlier(n, false);
   if (n < 4 * kNeighbours) return outlier;
   std::vector<int> neighbour(n * kNeighbours);
-  std::vector<std::pair<double, int>> near(n);
   std::vector<double> heights;
   for (std::size_t i = 0; i < n; ++i) {
-    for (std::size_t j = 0; j < n; ++j) near[j] = {(points[j] - points[i]).squaredNorm(), static_cast<int>(j)};
-    near[i].first = 1e300;
-    std::partial_sort(near.begin(), near.begin() + kNeighbours, near.end());
+    Nearest<kNeighbours> near;
+    for (std::size_t j = 0; j < n; ++j) {
+      if (j != i) near.Add((points[j] - points[i]).squaredNorm(), static_cast<int>(j));
+    }
     for (std::size_t k = 0; k < kNeighbours; ++k) {
-      const int j = neighbour[i * kNeighbours + k] = near[k].second;
+      const int j = neighbour[i * kNeighbours + k] = near.place[k];
       heights.push_back(std::abs(normals[i].dot(points[j] - points[i])));
     }
   }

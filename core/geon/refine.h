@@ -8,9 +8,7 @@ namespace geond {
 // What bounds the parameters, in the unit of the points (Table 5.2 as corrected: room for strong bends).
 struct ParameterBounds {
   double least_size = 1e-3, greatest_size = 1.0;
-  // Of the mean half size (gamma of (5.18)), as a share of the data's diagonal: a geon that shrinks to a point makes the
-  // normals' term vanish, and on data that fit nothing well that would be the least objective. Rods and plates have 0.17.
-  double least_gamma = 0.1;
+  double least_gamma = 0.1;                           // of the mean half size, gamma of (5.18)
   Eigen::Vector3d center = Eigen::Vector3d::Zero();   // of the data
   double reach = 0.75;                                // the geon's centre lies within this of it along each axis
 };

@@ -148,10 +148,12 @@ std::vector<Eigen::Matrix3d> CandidateFrames(const LanePoints& points) {
     if (climbed.second > best.second * (1.0 + 1e-6)) best = climbed;
   }
   std::vector<Eigen::Matrix3d> frames;
-  for (const Eigen::Matrix3d& axes : {best.first, normals_axes, points_axes}) {
-    if (std::none_of(frames.begin(), frames.end(), [&](const auto& f) { return SameAxes(f, axes); })) frames.push_back(axes);
-  }
+  for (const Eigen::Matrix3d& axes : {best.first, normals_axes, points_axes}) AddFrame(axes, frames);
   return frames;
+}
+
+void AddFrame(const Eigen::Matrix3d& axes, std::vector<Eigen::Matrix3d>& frames) {
+  if (std::none_of(frames.begin(), frames.end(), [&](const auto& f) { return SameAxes(f, axes); })) frames.push_back(axes);
 }
 
 std::vector<GeonState> StartsFromBase(GeonType type, const GeonState& base) {

@@ -12,6 +12,9 @@ namespace geond {
 // say the same up to order and signs of axes are listed once.
 std::vector<Eigen::Matrix3d> CandidateFrames(const LanePoints& points);
 
+// Adds a frame unless one that says the same is there.
+void AddFrame(const Eigen::Matrix3d& axes, std::vector<Eigen::Matrix3d>& frames);
+
 // Geons to start the search from: every frame, every choice and direction of the axis that makes a difference to the type,
 // bends at half angles of 0.5 and 1.2 rad; sizes and centre from the points' extent. If they were all seen from one side
 // (`view` to the sensor, else zero), again with as much behind as in front.

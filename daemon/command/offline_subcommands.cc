@@ -160,6 +160,8 @@ void AddFit(CLI::App& app, ChosenCommand& chosen) {
   command->add_option("--optimizer", arguments->options.optimizer, "multistart, or vfsr (annealing)")
       ->transform(OneOf<Optimizer>({{"multistart", Optimizer::kMultiStart}, {"vfsr", Optimizer::kVfsr}}))
       ->default_str("multistart");
+  command->add_flag("--thorough", arguments->options.thorough,
+                    "Search some ten times as long, for the least objective of types that the points are not of, too");
   command->add_option("--seed", arguments->options.seed, "Of the generator of random starts")->capture_default_str();
   AddUnit(command, arguments->unit);
   AddThreads(command, arguments->options.threads);

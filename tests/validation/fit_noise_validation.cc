@@ -30,6 +30,7 @@ double Quantile(std::vector<double> v, double q) {
 
 struct Errors {
   std::vector<double> size, position, axis;
+  std::vector<double> whole_position;      // of geons of which every size has a deviation: all their ends were found
   int inside = 0, finite = 0, sizes = 0;   // sizes within 1.96 deviations of the truth, of those that have one
 };
 
@@ -55,7 +56,9 @@ void AddErrors(const Geon& truth, const GeonFit& fit, double diagonal, Errors& e
     size[k] = found_size[best[k]];
     deviation[k] = found_deviation[best[k]];
   }
+  bool whole = true;
   for (int k = 0; k < 3; ++k) {
+    whole = whole && std::isfinite(deviation[k]);
     errors.size.push_back(std::abs(size[k] / truth.size[k] - 1.0));
     ++errors.sizes;
     if (!std::isfinite(deviation[k])) continue;
@@ -67,6 +70,7 @@ void AddErrors(const Geon& truth, const GeonFit& fit, double diagonal, Errors& e
     errors.inside += std::abs(size[k] - truth.size[k]) <= 1.96 * deviation[k] + 1e-9 * truth.size[k];
   }
   errors.position.push_back((found.X_TG.translation() - truth.X_TG.translation()).norm() / diagonal);
+  if (whole) errors.whole_position.push_back(errors.position.back());
   const double along = any_axis ? cosine.col(2).maxCoeff() : cosine(2, 2);
   errors.axis.push_back(std::acos(std::min(1.0, along)) * 180.0 / std::numbers::pi);
 }
@@ -130,8 +134,9 @@ int main(int argc, char** argv) {
                 Quantile(errors.size, 0.9), Quantile(errors.position, 0.5), Quantile(errors.position, 0.9),
                 Quantile(errors.axis, 0.5), Quantile(errors.axis, 0.9), t2 / total, outliers / total, 1e3 * fitting / total,
                 static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC);
-    std::printf("    sizes with a deviation %.0f %%, of these within 1.96 of it %.1f %%\n", 100.0 * errors.finite / errors.sizes,
-                100.0 * errors.inside / std::max(1, errors.finite));
+    std::printf("    sizes with a deviation %.0f %%, of these within 1.96 of it %.1f %%; position/D where all have one %.5f | %.4f\n",
+                100.0 * errors.finite / errors.sizes, 100.0 * errors.inside / std::max(1, errors.finite),
+                Quantile(errors.whole_position, 0.5), Quantile(errors.whole_position, 0.9));
     for (int t = 1; t <= 7; ++t) {
       for (int f = 1; f <= 7; ++f) {
         if (t != f && table[t][f]) std::printf("    %d of %d taken for %d\n", table[t][f], t, f);

@@ -134,6 +134,26 @@ TEST(FitGeons, FindsTheTypesOfTheReferenceScans) {
   }
 }
 
+TEST(FitGeons, SearchesThoroughlyWhenAsked) {
+  const auto file = ReadJson(GEOND_TEST_DATA "/geon/fit_cases.json");
+  const auto& item = file.at("fits").at(4);
+  FitOptions options;
+  options.outline_of_one_view = false;
+  options.types = {GeonType::kEllipsoid, GeonType::kCuboid};
+  const PointCloud part = CloudOfCase(item);
+  const std::vector<GeonFit> quick = FitGeons(part, options);
+  options.thorough = true;
+  options.least_gamma = 0.005;   // shapes that shrink to a point are allowed, as the best known of some wrong types did
+  const std::vector<GeonFit> all = FitGeons(part, options);
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    ASSERT_EQ(all[i].geon.type, quick[i].geon.type);
+    EXPECT_LE(all[i].objective, quick[i].objective * (1.0 + 1e-6));
+    const std::string type = std::to_string(static_cast<int>(all[i].geon.type));
+    EXPECT_LE(all[i].objective, 1.01 * item.at("best_known").at(type).at("E").get<double>());
+    EXPECT_GT(all[i].evaluations, quick[i].evaluations);
+  }
+}
+
 TEST(FitGeons, DropsDuplicatesAndPointsThatAreNotFiniteAndCountsThem) {
   Draw draw(104);
   const PointCloud good = NoisySamples(RandomGeon(GeonType::kCuboid, draw), 200, 0.01, draw);
