@@ -8,7 +8,7 @@
 #include <stdexcept>
 
 #include "calib/path_check.h"
-#include "calib/printed.h"
+#include "core/base/printed.h"
 #include "calib/station_fit.h"
 
 namespace geond::calib {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "calib/printed.h"
+#include "core/base/printed.h"
 
 namespace geond::calib {
 namespace {

@@ -7,7 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "calib/printed.h"
+#include "core/base/printed.h"
 #include "core/base/error.h"
 
 namespace geond::calib {

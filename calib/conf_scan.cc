@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "calib/grid_file.h"
-#include "calib/printed.h"
+#include "core/base/printed.h"
 #include "core/base/error.h"
 
 namespace geond::calib {

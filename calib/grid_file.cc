@@ -15,7 +15,7 @@
 
 #include <lzma.h>
 
-#include "calib/printed.h"
+#include "core/base/printed.h"
 #include "core/base/error.h"
 
 namespace geond::calib {

@@ -8,7 +8,7 @@
 #include <stdexcept>
 
 #include "calib/depth_jumps.h"
-#include "calib/printed.h"
+#include "core/base/printed.h"
 #include "calib/speckles.h"
 
 namespace geond::calib {

@@ -7,7 +7,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 
-#include "calib/printed.h"
+#include "core/base/printed.h"
 
 namespace geond::calib {
 namespace {

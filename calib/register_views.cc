@@ -11,7 +11,7 @@
 #include <Eigen/Cholesky>
 
 #include "calib/pose_refinement.h"
-#include "calib/printed.h"
+#include "core/base/printed.h"
 #include "calib/shown_directions.h"
 
 namespace geond::calib {

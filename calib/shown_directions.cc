@@ -6,7 +6,7 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 
-#include "calib/printed.h"
+#include "core/base/printed.h"
 
 namespace geond::calib {
 namespace {

@@ -2,7 +2,8 @@
 #include "core/model_picture.h"
 
 #include <algorithm>
-#include <cstdio>
+
+#include "core/base/printed.h"
 
 namespace geond {
 namespace {
@@ -13,10 +14,7 @@ constexpr double kEdgeShare = 0.06;
 std::string Label(const Geon& geon) {
   std::string name(GeonTypeName(geon.type));
   std::replace(name.begin(), name.end(), '_', ' ');
-  char text[96];
-  std::snprintf(text, sizeof text, "%s %.3g x %.3g x %.3g mm", name.c_str(), 2e3 * geon.size.x(), 2e3 * geon.size.y(),
-                2e3 * geon.size.z());
-  return text;
+  return Printed("%s %.3g x %.3g x %.3g mm", name.c_str(), 2e3 * geon.size.x(), 2e3 * geon.size.y(), 2e3 * geon.size.z());
 }
 
 }  // namespace

@@ -2,13 +2,13 @@
 #include "daemon/calibration_store.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <ctime>
 
 #include <nlohmann/json.hpp>
 
 #include "calib/calibration_file.h"
 #include "core/base/error.h"
+#include "core/base/printed.h"
 #include "daemon/durable_file.h"
 
 namespace geond::daemon {
@@ -42,11 +42,7 @@ std::string DateNow() {
   return text;
 }
 
-fs::path CalibrationStore::Folder(int number) const {
-  char name[16];
-  std::snprintf(name, sizeof name, "%04d", number);
-  return folder_ / name;
-}
+fs::path CalibrationStore::Folder(int number) const { return folder_ / Printed("%04d", number); }
 
 fs::path CalibrationStore::PlacementFolder(int number, bool check, int placement) const {
   return Folder(number) / ((check ? "check_" : "target_") + std::to_string(placement));

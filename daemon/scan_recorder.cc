@@ -5,12 +5,12 @@
 // or not there, whenever the power goes: what is written under its own name is synced before description.json says so.
 #include "daemon/scan_recorder.h"
 
-#include <cstdio>
 #include <utility>
 
 #include <nlohmann/json.hpp>
 
 #include "core/base/error.h"
+#include "core/base/printed.h"
 #include "core/geometry/mesh_files.h"
 #include "core/model_picture.h"
 #include "daemon/durable_file.h"
@@ -22,11 +22,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-fs::path ViewFile(const fs::path& folder, int view) {
-  char name[32];
-  std::snprintf(name, sizeof name, "view_%03d.exposure", view);
-  return folder / name;
-}
+fs::path ViewFile(const fs::path& folder, int view) { return folder / Printed("view_%03d.exposure", view); }
 
 json ReadJson(const fs::path& path) {
   json value = json::parse(ReadWhole(path), nullptr, false);

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <cstdio>
 #include <cstring>
 #include <map>
 
@@ -13,6 +12,7 @@
 #include <unistd.h>
 
 #include "core/base/error.h"
+#include "core/base/printed.h"
 #include "daemon/durable_file.h"
 
 namespace geond::daemon {
@@ -111,11 +111,7 @@ void ScanStore::Reconcile() {
   greatest_ = std::max(greatest_, index_->GreatestEver());
 }
 
-fs::path ScanStore::Folder(int id) const {
-  char name[16];
-  std::snprintf(name, sizeof name, "%06d", id);
-  return folder_ / name;
-}
+fs::path ScanStore::Folder(int id) const { return folder_ / Printed("%06d", id); }
 
 fs::path ScanStore::ExportFile(int id) const { return folder_ / "export" / (Folder(id).filename().string() + ".zip"); }
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/base/printed.h"
 #include "sim/sim_devices.h"
 
 namespace geond::sim {
@@ -22,11 +22,7 @@ constexpr double kInPosition = 0.0035;  // rad (0.2 degrees)
 constexpr double kLostSteps = kTwoPi / 36.0;
 constexpr double kSlowness = 20.0;
 
-std::string Degrees(double angle) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.2f degrees", angle * 360.0 / kTwoPi);
-  return text;
-}
+std::string Degrees(double angle) { return Printed("%.2f degrees", angle * 360.0 / kTwoPi); }
 
 }  // namespace
 

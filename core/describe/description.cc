@@ -2,11 +2,11 @@
 #include "core/describe/description.h"
 
 #include <cmath>
-#include <cstdio>
 #include <stdexcept>
 
 #include <nlohmann/json.hpp>
 
+#include "core/base/printed.h"
 #include "core/describe/fit_json.h"
 #include "core/describe/relations.h"
 
@@ -72,20 +72,13 @@ Json RelationToJson(const PartRelation& relation) {
           {"sentence", relation.sentence}};
 }
 
-template <typename... Values>
-std::string Format(const char* format, Values... values) {
-  std::string text(static_cast<std::size_t>(std::snprintf(nullptr, 0, format, values...)), '\0');
-  std::snprintf(text.data(), text.size() + 1, format, values...);
-  return text;
-}
-
 }  // namespace
 
 std::string SizesInWords(const GeonFit& fit, int digits) {
   const std::array<bool, 3> least = SizesAtLeast(fit);
   std::string text;
   for (int k = 0; k < 3; ++k) {
-    text += Format("%s%s%.*f", k == 0 ? "" : " x ", least[k] ? "at least " : "", digits, kMillimetres * fit.geon.size[k]);
+    text += Printed("%s%s%.*f", k == 0 ? "" : " x ", least[k] ? "at least " : "", digits, kMillimetres * fit.geon.size[k]);
   }
   return text;
 }
@@ -114,7 +107,7 @@ ObjectDescription DescribeParts(const TriangleMesh& mesh, const PartSegmentation
     part.points = static_cast<int>(part_clouds[label].size());
     const double diagonal = BoundingBox(part_clouds[label].points).diagonal().norm();
     if (const double share = part.fits.front().residual / diagonal; share > kPoorFit) {
-      description.notes.push_back(Format("part %d is like none of the seven shapes: the nearest is off by %.0f %% of its size", part.id, 100.0 * share));
+      description.notes.push_back(Printed("part %d is like none of the seven shapes: the nearest is off by %.0f %% of its size", part.id, 100.0 * share));
     }
     if (label < static_cast<int>(segmentation.significance.size())) part.significance = segmentation.significance[label];
     description.parts.push_back(std::move(part));
@@ -135,15 +128,15 @@ std::string ToJson(const ObjectDescription& description) {
 
 std::string ToText(const ObjectDescription& description) {
   const std::size_t n = description.parts.size();
-  std::string text = Format("%zu part%s\n", n, n == 1 ? "" : "s");
+  std::string text = Printed("%zu part%s\n", n, n == 1 ? "" : "s");
   for (const DescribedPart& part : description.parts) {
     const GeonFit& fit = part.fits.front();
     const Eigen::Vector3d at = fit.geon.X_TG.translation() * kMillimetres;
-    text += Format("  %d  %-16s  half sizes %s mm", part.id, std::string(GeonTypeName(fit.geon.type)).c_str(),
+    text += Printed("  %d  %-16s  half sizes %s mm", part.id, std::string(GeonTypeName(fit.geon.type)).c_str(),
                    SizesInWords(fit, 1).c_str());
-    if (IsTapered(fit.geon.type)) text += Format(", taper %.2f %.2f", fit.geon.taper.x(), fit.geon.taper.y());
-    if (IsCurved(fit.geon.type)) text += Format(", bend radius %.1f mm", kMillimetres / fit.geon.bend);
-    text += Format(", at (%.1f %.1f %.1f) mm, residual %.2f mm, confidence %.2f\n", at.x(), at.y(), at.z(),
+    if (IsTapered(fit.geon.type)) text += Printed(", taper %.2f %.2f", fit.geon.taper.x(), fit.geon.taper.y());
+    if (IsCurved(fit.geon.type)) text += Printed(", bend radius %.1f mm", kMillimetres / fit.geon.bend);
+    text += Printed(", at (%.1f %.1f %.1f) mm, residual %.2f mm, confidence %.2f\n", at.x(), at.y(), at.z(),
                    fit.residual * kMillimetres, fit.confidence);
   }
   for (const PartRelation& relation : description.relations) text += "  " + relation.sentence + "\n";

@@ -9,6 +9,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "core/base/printed.h"
 #include "core/picture/draw_scene.h"
 #include "core/picture/stroke_font.h"
 
@@ -172,15 +173,12 @@ void DrawChargeLegend(Canvas& canvas, const ObjectPictureData& data, const Layou
                          DivergingColor(2.0 * (i + 0.5) / kSteps - 1.0));
   }
   const double end = std::exp(ScaleOfCharge(data).end);
-  char low[32], high[32];
-  std::snprintf(low, sizeof(low), "1/%.3g of mean", end);
-  std::snprintf(high, sizeof(high), "%.3g times", end);
   const auto centred = [&](const std::string& text, double x) {
     canvas.DrawText(text, x - 0.5 * TextWidth(text) * letter / 6.0, top + 2.4 * letter, letter, kInk);
   };
-  centred(low, x0);
+  centred(Printed("1/%.3g of mean", end), x0);
   centred("mean", x0 + 0.5 * width);
-  centred(high, x0 + width);
+  centred(Printed("%.3g times", end), x0 + width);
 }
 
 void DrawGeonLegend(Canvas& canvas, const ObjectPictureData& data, const Layout& layout, double left, double top) {

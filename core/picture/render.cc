@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "core/base/parallel.h"
+#include "core/base/printed.h"
 #include "core/picture/draw_scene.h"
 #include "core/picture/shading.h"
 #include "core/picture/stroke_font.h"
@@ -148,8 +149,7 @@ void DrawScaleBar(Canvas& canvas, const View& view, const Camera& camera, const 
   for (const double x : {right - pixels, right}) {
     canvas.FillRectangle(x - 0.1 * letter, y - 0.5 * letter, x + 0.1 * letter, y + 0.5 * letter, ink);
   }
-  char text[40];
-  std::snprintf(text, sizeof(text), "%g mm", length * 1e3);
+  const std::string text = Printed("%g mm", length * 1e3);
   canvas.DrawText(text, right - 0.5 * pixels - 0.5 * TextWidth(text) * letter / 6.0, y - 0.7 * letter, letter, ink);
 }
 

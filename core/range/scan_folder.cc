@@ -4,11 +4,11 @@
 #include <openssl/evp.h>
 
 #include <cmath>
-#include <cstdio>
 #include <fstream>
 #include <stdexcept>
 
 #include "core/base/error.h"
+#include "core/base/printed.h"
 #include "core/range/scan_json.h"
 
 namespace geond {
@@ -146,9 +146,7 @@ void WriteScan(const RecordedScan& scan, const fs::path& folder, ScanImageFormat
     const RangeImage& image = view.exposure.image;
     ScanImageEntry entry;
     entry.png = UsePng(view, format);
-    char name[32];
-    std::snprintf(name, sizeof(name), "view_%03zu.%s", i, entry.png ? "png" : "f32");
-    entry.file = name;
+    entry.file = Printed("view_%03zu.%s", i, entry.png ? "png" : "f32");
     if (entry.png) entry.code = FinestDepthCode(image);
     const std::vector<std::uint8_t> bytes = entry.png ? EncodeDepthPng(image, entry.code) : EncodeDepthFloats(image);
     entry.sha256 = Sha256(bytes);

@@ -9,6 +9,7 @@
 #include <filesystem>
 
 #include "core/base/error.h"
+#include "core/base/printed.h"
 #include "daemon/command/service_client.h"
 #include "daemon/command/service_commands.h"
 
@@ -107,7 +108,7 @@ CommandResult Export(const ExportArguments& arguments, const CommandContext& con
   }
   std::filesystem::rename(unfinished, output);
   return {{{"scan", arguments.scan}, {"file", output}, {"bytes", std::filesystem::file_size(output)}},
-          Format("scan %d is in %s", arguments.scan, output.c_str())};
+          Printed("scan %d is in %s", arguments.scan, output.c_str())};
 }
 
 CommandResult Import(const ImportArguments& arguments, const CommandContext& context) {
@@ -122,7 +123,7 @@ CommandResult Import(const ImportArguments& arguments, const CommandContext& con
   Exchange(place, request, response);
   if (response.get().result() != http::status::created) Refused(response.get().result_int(), response.get().body());
   Json scan = Json::parse(response.get().body());
-  std::string text = Format("it is scan %d", scan["scan"].get<int>());
+  std::string text = Printed("it is scan %d", scan["scan"].get<int>());
   return {std::move(scan), std::move(text)};
 }
 
@@ -130,13 +131,13 @@ CommandResult Pin(const PinArguments& arguments, const CommandContext& context) 
   ServiceClient client(arguments.socket, context.stop);
   Json result = client.Call("scan.pin", {{"scan", arguments.scan}, {"pinned", !arguments.off}});
   return {std::move(result),
-          Format(arguments.off ? "scan %d is pinned no longer" : "scan %d is pinned", arguments.scan)};
+          Printed(arguments.off ? "scan %d is pinned no longer" : "scan %d is pinned", arguments.scan)};
 }
 
 CommandResult Delete(const ScanNumberArguments& arguments, const CommandContext& context) {
   ServiceClient client(arguments.socket, context.stop);
   Json result = client.Call("scan.delete", {{"scan", arguments.scan}});
-  return {std::move(result), Format("scan %d is gone", arguments.scan)};
+  return {std::move(result), Printed("scan %d is gone", arguments.scan)};
 }
 
 CommandResult LogLines(const LogArguments& arguments, const CommandContext& context) {

@@ -6,6 +6,7 @@
 #include "calib/calibrate.h"
 #include "calib/calibration_file.h"
 #include "core/base/error.h"
+#include "core/base/printed.h"
 #include "daemon/calibration_store.h"
 #include "daemon/command/service_client.h"
 
@@ -76,10 +77,10 @@ constexpr Place kCheckPlace = {"near the middle, flat on the table", 5, 10, 0};
 
 std::string SphereScene(const Place& place, double diameter) {
   const double radius = 0.5e3 * diameter;
-  std::string toml = Format("name = \"sphere\"\n[[geon]]\ntype = \"ellipsoid\"\nsize_mm = [%.6f, %.6f, %.6f]\n"
+  std::string toml = Printed("name = \"sphere\"\n[[geon]]\ntype = \"ellipsoid\"\nsize_mm = [%.6f, %.6f, %.6f]\n"
                             "position_mm = [%g, %g, %.6f]\n", radius, radius, radius, place.x, place.y, place.lift + radius);
   if (place.lift > 0) {
-    toml += Format("[[geon]]\ntype = \"cylinder\"\nsize_mm = [7, 7, %g]\nposition_mm = [%g, %g, %g]\n", 0.5 * place.lift,
+    toml += Printed("[[geon]]\ntype = \"cylinder\"\nsize_mm = [7, 7, %g]\nposition_mm = [%g, %g, %g]\n", 0.5 * place.lift,
                    place.x, place.y, 0.5 * place.lift);
   }
   return toml;
@@ -96,16 +97,16 @@ class Guide {
   CommandResult Run() {
     number_ = client_.Call("calibration.begin", {{"target_mm", 1e3 * arguments_.target}, {"check_mm", 1e3 * arguments_.check}})
                   .at("calibration").get<int>();
-    said_ = Format("Calibration %d. It takes two matt spheres of known diameter: the target (%.2f mm) and the check sphere "
+    said_ = Printed("Calibration %d. It takes two matt spheres of known diameter: the target (%.2f mm) and the check sphere "
                    "(%.2f mm).\nA stand is thinner than its sphere, nothing else is on the table, and nothing may move on it "
                    "while it turns.", number_, 1e3 * arguments_.target, 1e3 * arguments_.check);
     for (int k = 0; k < arguments_.placements; ++k) {
-      PlaceSphere(kTargetPlaces[k], false, Format("Placement %d of %d: put the target", k + 1, arguments_.placements));
+      PlaceSphere(kTargetPlaces[k], false, Printed("Placement %d of %d: put the target", k + 1, arguments_.placements));
     }
     PlaceSphere(kCheckPlace, true, "Now put the check sphere");
     if (context_.on_step) context_.on_step("calibrate", 0, 0);
     CommandResult result = Outcome(client_.Call("calibration.solve", {{"calibration", number_}}));
-    result.text = Format("calibration %d ", number_) + result.text;
+    result.text = Printed("calibration %d ", number_) + result.text;
     if (simulated_) client_.Call("simulation.scene", {{"configured", true}});
     return result;
   }
@@ -129,7 +130,7 @@ class Guide {
       if (context_.on_step) context_.on_step(check ? "check sphere" : "target", 0, arguments_.views);
       const Json taken = client_.Call("calibration.place",
                                       {{"calibration", number_}, {"check", check}, {"views", arguments_.views}});
-      const std::string found = Format("The sphere was found in %d of %d images.", taken["found"].get<int>(), arguments_.views);
+      const std::string found = Printed("The sphere was found in %d of %d images.", taken["found"].get<int>(), arguments_.views);
       if (taken["kept"] == true) {
         said_ = found;
         return;
@@ -153,7 +154,7 @@ std::string InForceText(const Json& calibration) {
   if (calibration["calibration"] == 0) {
     text = "no calibration is in force: the station is used as configured";
   } else {
-    text = Format("calibration %d of %s is in force: check sphere %+.3f mm off, axis known to %.3f deg and %.3f mm",
+    text = Printed("calibration %d of %s is in force: check sphere %+.3f mm off, axis known to %.3f deg and %.3f mm",
                   calibration["calibration"].get<int>(), calibration["date"].get<std::string>().c_str(),
                   calibration["check_error_mm"].get<double>(), calibration["axis_direction_sigma_deg"].get<double>(),
                   calibration["axis_position_sigma_mm"].get<double>());
@@ -167,7 +168,7 @@ CommandResult ListCalibrations(ServiceClient& client) {
   result.json = client.Call("calibration.list");
   for (const Json& one : result.json["calibrations"]) {
     const char* state = one["solved"] != true ? "not solved" : one["accepted"] == true ? "accepted" : "rejected";
-    result.text += Format("%s%4d %s  %-10s %s", result.text.empty() ? "" : "\n", one["calibration"].get<int>(),
+    result.text += Printed("%s%4d %s  %-10s %s", result.text.empty() ? "" : "\n", one["calibration"].get<int>(),
                           one["date"].get<std::string>().c_str(), state, one["in_force"] == true ? "in force" : "");
     if (one["accepted"] != true) result.text += Lines(one["reasons"], "     ");
   }

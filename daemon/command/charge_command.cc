@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 
+#include "core/base/printed.h"
 #include "core/charge/potential_spread.h"
 #include "daemon/command/input.h"
 #include "daemon/command/offline_commands.h"
@@ -54,7 +55,7 @@ CommandResult Charge(const ChargeArguments& arguments, const CommandContext& con
                    {"products", charge.seconds.products}}},
                  {"peak_memory_mb", static_cast<double>(charge.peak_bytes) / 1e6}};
   const auto [least, greatest] = std::minmax_element(density_per_mm2.begin(), density_per_mm2.end());
-  result.text = Format("%zu triangles, capacitance %.6g mm, density %.4g to %.4g /mm^2, potential even to %.2g %% "
+  result.text = Printed("%zu triangles, capacitance %.6g mm, density %.4g to %.4g /mm^2, potential even to %.2g %% "
                        "(solver %s, %.2f s)%s",
                        mesh.triangles.size(), 1e3 * charge.capacitance, *least, *greatest, 100.0 * spread,
                        std::string(SolverName(charge.solver)).c_str(), charge.setup_seconds + charge.solve_seconds,

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/command/command.h"
 
-#include <cstdarg>
-#include <cstdio>
 #include <stdexcept>
 
 namespace geond::daemon {
@@ -21,19 +19,6 @@ Json PoseJson(const Pose& pose) {
   const Eigen::Vector3d p = 1e3 * pose.translation();
   return {{"position_mm", {p.x(), p.y(), p.z()}},
           {"quaternion", {{"w", q.w()}, {"x", q.x()}, {"y", q.y()}, {"z", q.z()}}}};
-}
-
-std::string Format(const char* format, ...) {
-  va_list arguments, again;
-  va_start(arguments, format);
-  va_copy(again, arguments);
-  const int length = std::vsnprintf(nullptr, 0, format, arguments);
-  va_end(arguments);
-  std::string text(length + 1, '\0');
-  std::vsnprintf(text.data(), text.size(), format, again);
-  va_end(again);
-  text.pop_back();
-  return text;
 }
 
 }  // namespace geond::daemon

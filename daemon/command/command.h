@@ -36,8 +36,6 @@ double MetersPerUnit(const std::string& unit);
 
 // {position_mm [3], quaternion {w, x, y, z}}: w >= 0.
 Json PoseJson(const Pose& pose);
-// A printf with a std::string as result.
-[[gnu::format(printf, 1, 2)]] std::string Format(const char* format, ...);
 
 // Wall time since it was made, s.
 class Stopwatch {

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "core/base/printed.h"
 #include "core/charge/contour.h"
 
 #include <algorithm>
@@ -48,7 +49,7 @@ CommandResult Contour(const ContourArguments& arguments, const CommandContext& c
   const auto [least, greatest] = std::minmax_element(charge.density.begin(), charge.density.end());
   const std::size_t n = charge.density.size();
   CommandResult result;
-  result.text = Format("%zu corners, density %.4g to %.4g /mm%s", n, *least, *greatest,
+  result.text = Printed("%zu corners, density %.4g to %.4g /mm%s", n, *least, *greatest,
                        charge.summary.converged ? "" : ("; NOT CONVERGED: " + charge.summary.message).c_str());
   result.json = {{"n", n},
                  {"converged", charge.summary.converged},

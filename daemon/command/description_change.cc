@@ -6,6 +6,8 @@
 #include <limits>
 #include <vector>
 
+#include "core/base/printed.h"
+
 namespace geond::daemon {
 namespace {
 
@@ -32,13 +34,13 @@ double SizeDeviation(const Json& part, int axis) {
 std::string PartChange(const Json& before, const Json& after) {
   const std::string type = after["type"].get<std::string>(), was = before["type"].get<std::string>();
   const int id = after["id"].get<int>();
-  if (type != was) return Format("part %d is described as %s, before as %s", id, type.c_str(), was.c_str());
+  if (type != was) return Printed("part %d is described as %s, before as %s", id, type.c_str(), was.c_str());
   for (int axis = 0; axis < 3; ++axis) {
     const double now = after["size_mm"][axis].get<double>(), then = before["size_mm"][axis].get<double>();
     const double known = SizeDeviation(after, axis), was_known = SizeDeviation(before, axis);
-    if (std::isfinite(known) && !std::isfinite(was_known)) return Format("a size of part %d is known now", id);
+    if (std::isfinite(known) && !std::isfinite(was_known)) return Printed("a size of part %d is known now", id);
     const double allowed = std::max({kLeast, kRelative * now, kDeviations * std::hypot(known, was_known)});
-    if (std::abs(now - then) > allowed) return Format("a half size of part %d is %.1f mm and was %.1f mm", id, now, then);
+    if (std::abs(now - then) > allowed) return Printed("a half size of part %d is %.1f mm and was %.1f mm", id, now, then);
   }
   return {};
 }
@@ -47,7 +49,7 @@ std::string PartChange(const Json& before, const Json& after) {
 
 std::string WhatChanged(const Json& before, const Json& after) {
   const int n = after["n_parts"].get<int>(), was = before["n_parts"].get<int>();
-  if (n != was) return Format("%d part%s, %d before", n, n == 1 ? "" : "s", was);
+  if (n != was) return Printed("%d part%s, %d before", n, n == 1 ? "" : "s", was);
   std::vector<bool> taken(before["parts"].size(), false);
   for (const Json& part : after["parts"]) {
     std::size_t nearest = 0;

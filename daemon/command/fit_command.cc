@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "core/base/printed.h"
 #include "core/describe/description.h"
 #include "core/describe/fit_json.h"
 #include "core/empty_places.h"
@@ -49,11 +50,11 @@ CommandResult Fit(const FitArguments& arguments, const CommandContext& context) 
                                    {"deviation", DeviationToJson(fit)},
                                    {"evaluations", fit.evaluations},
                                    {"seconds", fit.summary.seconds}});
-    result.text += Format("%s%-17s residual %7.4f mm, objective %7.4f mm, half sizes %s mm",
+    result.text += Printed("%s%-17s residual %7.4f mm, objective %7.4f mm, half sizes %s mm",
                           result.text.empty() ? "" : "\n", name.c_str(), 1e3 * fit.residual, 1e3 * fit.objective,
                           SizesInWords(fit, 2).c_str());
-    if (IsTapered(geon.type)) result.text += Format(", taper %.3f %.3f", geon.taper.x(), geon.taper.y());
-    if (IsCurved(geon.type)) result.text += Format(", bend %.5f /mm", 1e-3 * geon.bend);
+    if (IsTapered(geon.type)) result.text += Printed(", taper %.3f %.3f", geon.taper.x(), geon.taper.y());
+    if (IsCurved(geon.type)) result.text += Printed(", bend %.5f /mm", 1e-3 * geon.bend);
   }
   return result;
 }

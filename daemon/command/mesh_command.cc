@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <numbers>
 
+#include "core/base/printed.h"
 #include "core/surface/remesh.h"
 #include "daemon/command/input.h"
 #include "daemon/command/offline_commands.h"
@@ -58,7 +59,7 @@ CommandResult Mesh(const MeshArguments& arguments, const CommandContext& context
                  {"volume_mm3", 1e9 * Volume(mesh)},
                  {"min_angle_deg", MinAngle(mesh) * 180.0 / std::numbers::pi},
                  {"seconds", watch.seconds()}};
-  result.text = Format("%s: %zu triangles, %s, genus %d, volume %.6g mm^3, smallest angle %.1f degrees",
+  result.text = Printed("%s: %zu triangles, %s, genus %d, volume %.6g mm^3, smallest angle %.1f degrees",
                        arguments.output.c_str(), mesh.triangles.size(),
                        topology.closed && topology.manifold ? "closed and manifold"
                        : topology.closed                    ? "closed but not manifold"

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "core/base/printed.h"
 #include "daemon/command/command.h"
 
 namespace geond::daemon {
@@ -15,13 +16,13 @@ void ProgressBar::Show(std::string_view step, int done, int total) {
   step_ = step;
   last_ = now;
   drawn_ = true;
-  std::string line = Format("\r\033[K%-12s ", step_.c_str());
+  std::string line = Printed("\r\033[K%-12s ", step_.c_str());
   if (total > 0) {
     constexpr int kWidth = 30;
     const int full = static_cast<int>(static_cast<long long>(std::clamp(done, 0, total)) * kWidth / total);
-    line += "[" + std::string(full, '#') + std::string(kWidth - full, '.') + Format("] %d/%d", done, total);
+    line += "[" + std::string(full, '#') + std::string(kWidth - full, '.') + Printed("] %d/%d", done, total);
   } else {
-    line += done > 0 ? Format("... %d", done) : "...";
+    line += done > 0 ? Printed("... %d", done) : "...";
   }
   out_ << line << std::flush;
 }

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "core/base/printed.h"
 #include "daemon/command/offline_commands.h"
 #include "daemon/reproduce/report.h"
 
@@ -25,10 +26,10 @@ CommandResult Reproduce(const ReproduceArguments& arguments, const CommandContex
   CommandResult result;
   result.json = reproduce::ReportJson(experiments, arguments.quick);
   for (const reproduce::Experiment& experiment : experiments) {
-    result.text += Format("%s (%.1f s)\n", experiment.title.c_str(), experiment.seconds);
+    result.text += Printed("%s (%.1f s)\n", experiment.title.c_str(), experiment.seconds);
     for (const reproduce::Figure& figure : experiment.figures) {
       if (!figure.has_bar()) continue;
-      result.text += Format("  %-4s %s: %.4g%s%s, bar %.4g\n", figure.bar_met() ? "met" : "MISS", figure.text.c_str(), *figure.today,
+      result.text += Printed("  %-4s %s: %.4g%s%s, bar %.4g\n", figure.bar_met() ? "met" : "MISS", figure.text.c_str(), *figure.today,
                             figure.unit.empty() ? "" : " ", figure.unit.c_str(), *figure.bar);
     }
     result.text += "  " + experiment.judgement + "\n";

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/make_view.h"
+#include "core/base/printed.h"
 #include "daemon/command/input.h"
 #include "daemon/command/offline_commands.h"
 
@@ -51,7 +52,7 @@ CommandResult Register(const RegisterArguments& arguments, const CommandContext&
   result.json["converged"] = registration.summary.converged;
   result.json["notes"] = registration.notes;
   result.json["seconds"] = watch.seconds();
-  result.text = Format("%zu views, rms %.4f mm before, %.4f mm after, %d iterations", registration.X_TS.size(),
+  result.text = Printed("%zu views, rms %.4f mm before, %.4f mm after, %d iterations", registration.X_TS.size(),
                        1e3 * registration.rms_before, 1e3 * registration.rms_after, registration.summary.iterations);
   for (const std::string& note : registration.notes) result.text += "\n  " + note;
   return result;
@@ -74,7 +75,7 @@ CommandResult Merge(const MergeArguments& arguments, const CommandContext& conte
   file.cloud = merged;
   WriteCloud(Scaled(std::move(file), 1.0 / arguments.unit).cloud, arguments.output);
   return {Json{{"n_points_in", n_in}, {"n_points_out", merged.size()}, {"seconds", watch.seconds()}},
-          Format("%zu points of %zu kept, in %s", merged.size(), n_in, arguments.output.c_str())};
+          Printed("%zu points of %zu kept, in %s", merged.size(), n_in, arguments.output.c_str())};
 }
 
 }  // namespace geond::daemon

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <fstream>
 
+#include "core/base/printed.h"
 #include "core/parts/convex_features.h"
 #include "daemon/command/input.h"
 #include "daemon/command/offline_commands.h"
@@ -64,13 +65,13 @@ CommandResult Segment(const SegmentArguments& arguments, const CommandContext& c
                  {"features", std::move(tips_and_edges)},
                  {"message", parts.message},
                  {"seconds", watch.seconds()}};
-  result.text = Format("%d part%s", parts.n_parts, parts.n_parts == 1 ? "" : "s");
+  result.text = Printed("%d part%s", parts.n_parts, parts.n_parts == 1 ? "" : "s");
   for (int part = 0; part < parts.n_parts; ++part) {
-    result.text += Format("\n  part %d: %td triangles", part,
+    result.text += Printed("\n  part %d: %td triangles", part,
                           std::count(parts.labels.begin(), parts.labels.end(), part));
   }
   for (const PartBoundary& boundary : parts.boundaries) {
-    result.text += Format("\n  %d meets %d over %.1f mm%s, strength %.2f", boundary.a, boundary.b,
+    result.text += Printed("\n  %d meets %d over %.1f mm%s, strength %.2f", boundary.a, boundary.b,
                           1e3 * boundary.length, boundary.closed ? "" : " (open)", boundary.strength);
   }
   return result;

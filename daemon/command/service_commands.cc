@@ -2,6 +2,7 @@
 #include "daemon/command/service_commands.h"
 
 #include "core/base/error.h"
+#include "core/base/printed.h"
 #include "daemon/command/description_change.h"
 #include "daemon/command/description_text.h"
 #include "daemon/command/service_client.h"
@@ -21,17 +22,17 @@ std::string StatusText(const Json& status) {
   std::string text = "geond " + Text(status["version"]) + ", " + Text(status["station"]) + " station: " + Text(status["state"]);
   if (status["scan"].is_object()) {
     const Json& scan = status["scan"];
-    text += Format(", scan %d, view %d of %d, step %s", scan["scan"].get<int>(), scan["views_taken"].get<int>(),
+    text += Printed(", scan %d, view %d of %d, step %s", scan["scan"].get<int>(), scan["views_taken"].get<int>(),
                    scan["views"].get<int>(), Text(scan["step"]).c_str());
   }
   if (!Text(status["latched"]).empty()) text += "\nSTOPPED: " + Text(status["latched"]) + " (geon reset, once it is safe)";
   for (const Json& device : status["devices"]) {
-    text += Format("\n  %-12s %-7s %s %s", Text(device["name"]).c_str(), Text(device["state"]).c_str(),
+    text += Printed("\n  %-12s %-7s %s %s", Text(device["name"]).c_str(), Text(device["state"]).c_str(),
                    Text(device["model"]).c_str(), Text(device["serial"]).c_str());
     if (!Text(device["fault"]).empty()) text += ": " + Text(device["fault"]);
   }
-  text += Format("\n  laser %s, motor %s", status["laser"].get<bool>() ? "ON" : "off", status["motor"].get<bool>() ? "ON" : "off");
-  if (status["table_angle_deg"].is_number()) text += Format(", table at %.2f degrees", status["table_angle_deg"].get<double>());
+  text += Printed("\n  laser %s, motor %s", status["laser"].get<bool>() ? "ON" : "off", status["motor"].get<bool>() ? "ON" : "off");
+  if (status["table_angle_deg"].is_number()) text += Printed(", table at %.2f degrees", status["table_angle_deg"].get<double>());
   if (status["emergency_stop"] == true) text += ", EMERGENCY STOP PRESSED";
   if (status["door_open"] == true) text += ", door open";
   return text;
@@ -45,14 +46,14 @@ CommandResult StatusResult(Json status) {
 std::string EventText(const Json& event) {
   const std::string kind = Text(event["event"]);
   if (kind == "state") return "station is " + Text(event["state"]);
-  if (kind == "view") return Format("view %d of %d", event["view"].get<int>() + 1, event["views"].get<int>());
+  if (kind == "view") return Printed("view %d of %d", event["view"].get<int>() + 1, event["views"].get<int>());
   if (kind == "progress") {
     std::string text = Text(event["step"]);
-    if (event["total"].get<int>() > 0) text += Format(" %d/%d", event["done"].get<int>(), event["total"].get<int>());
+    if (event["total"].get<int>() > 0) text += Printed(" %d/%d", event["done"].get<int>(), event["total"].get<int>());
     return text;
   }
   if (kind == "scan") {
-    std::string text = Format("scan %d %s", event["scan"].get<int>(), Text(event["state"]).c_str());
+    std::string text = Printed("scan %d %s", event["scan"].get<int>(), Text(event["state"]).c_str());
     if (event.contains("types")) text += ": " + Join(event["types"]);
     if (event.contains("error")) text += ": " + Text(event["error"]["message"]);
     return text;
@@ -90,15 +91,15 @@ CommandResult ScanUntilCertain(ServiceClient& client, const ScanArguments& argum
     Json description = Follow(client, scan, context);
     const std::string change = before.is_null() ? "" : WhatChanged(before, description);
     if (!before.is_null()) {
-      history += Format("%d views: %s\n", views, change.empty() ? "nothing new" : change.c_str());
+      history += Printed("%d views: %s\n", views, change.empty() ? "nothing new" : change.c_str());
     }
     const bool certain = !before.is_null() && change.empty();
     if (certain || (!before.is_null() && 2 * views > kMost)) {
       description["certain"] = certain;
       description["views_needed"] = certain ? Json(views / 2) : Json();
-      const std::string words = certain ? Format("%d views suffice", views / 2)
-                                        : Format("still changing at %d views: see the notes for what cannot be seen", views);
-      std::string text = Format("scan %d\n", scan) + history + words + "\n" + DescriptionText(description);
+      const std::string words = certain ? Printed("%d views suffice", views / 2)
+                                        : Printed("still changing at %d views: see the notes for what cannot be seen", views);
+      std::string text = Printed("scan %d\n", scan) + history + words + "\n" + DescriptionText(description);
       return {std::move(description), std::move(text)};
     }
     before = std::move(description);
@@ -124,11 +125,11 @@ CommandResult Scan(const ScanArguments& arguments, const CommandContext& context
   const Json begun = arguments.resume ? client.Call("scan.resume", {{"scan", *arguments.resume}})
                                       : client.Call("scan.start", params);
   const int scan = begun["scan"].get<int>();
-  if (arguments.detach) return {begun, Format("scan %d runs", scan)};
+  if (arguments.detach) return {begun, Printed("scan %d runs", scan)};
   try {
     Json description = Follow(client, scan, context);
     std::string text = DescriptionText(description);
-    return {std::move(description), Format("scan %d\n", scan) + text};
+    return {std::move(description), Printed("scan %d\n", scan) + text};
   } catch (const Cancelled&) {
     if (context.stop.stop_requested()) ServiceClient(client.address()).Call("scan.cancel");
     throw;
@@ -156,7 +157,7 @@ CommandResult Watch(const WatchArguments& arguments, const CommandContext& conte
 
 CommandResult Cancel(const ServiceArguments& arguments, const CommandContext& context) {
   const Json result = ServiceClient(arguments.socket, context.stop).Call("scan.cancel");
-  return {result, Format("scan %d is being cancelled", result["scan"].get<int>())};
+  return {result, Printed("scan %d is being cancelled", result["scan"].get<int>())};
 }
 
 CommandResult Stop(const ServiceArguments& arguments, const CommandContext& context) {
@@ -184,7 +185,7 @@ CommandResult Scans(const ServiceArguments& arguments, const CommandContext& con
   }
   for (const Json& scan : result.json["scans"]) {
     if (!result.text.empty()) result.text += '\n';
-    result.text += Format("%6d %-11s %d/%d views  %s", scan["scan"].get<int>(), Text(scan["state"]).c_str(),
+    result.text += Printed("%6d %-11s %d/%d views  %s", scan["scan"].get<int>(), Text(scan["state"]).c_str(),
                           scan["views_taken"].get<int>(), scan["views"].get<int>(), Join(scan["types"]).c_str());
     if (!Text(scan["label"]).empty()) result.text += "  (" + Text(scan["label"]) + ")";
     if (!Text(scan["error"]).empty()) result.text += "  " + Text(scan["error"]);
@@ -204,7 +205,7 @@ CommandResult Objects(const ObjectsArguments& arguments, const CommandContext& c
   result.json = client.Call("object.list");
   for (const Json& object : result.json["objects"]) {
     if (!result.text.empty()) result.text += '\n';
-    result.text += Format("%6d  %s", object["scan"].get<int>(), Join(object["types"]).c_str());
+    result.text += Printed("%6d  %s", object["scan"].get<int>(), Join(object["types"]).c_str());
     if (!Text(object["label"]).empty()) result.text += "  (" + Text(object["label"]) + ")";
   }
   if (result.text.empty()) result.text = "no object has been described yet";
@@ -232,7 +233,7 @@ CommandResult Api(const ApiArguments& arguments, const CommandContext& context) 
       const std::string name = Text(parameter["name"]);
       params += " " + (parameter["required"] == true ? name : "[" + name + "]");
     }
-    result.text += Format("%s%-36s %-6s %s", result.text.empty() ? "" : "\n", (Text(method["name"]) + params).c_str(),
+    result.text += Printed("%s%-36s %-6s %s", result.text.empty() ? "" : "\n", (Text(method["name"]) + params).c_str(),
                           Text(method["x-role"]).c_str(), Text(method["summary"]).c_str());
   }
   return result;

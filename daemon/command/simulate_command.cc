@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "core/base/printed.h"
 #include "sim/simulate_scan.h"
 
 #include "daemon/command/offline_commands.h"
@@ -16,7 +17,7 @@ CommandResult Simulate(const SimulateArguments& arguments, const CommandContext&
                {"seed", scan.seed},
                {"scan", arguments.output.string()},
                {"seconds", watch.seconds()}},
-          Format("%zu views of %s in %s", scan.views.size(), scene.name.c_str(), arguments.output.c_str())};
+          Printed("%zu views of %s in %s", scan.views.size(), scene.name.c_str(), arguments.output.c_str())};
 }
 
 }  // namespace geond::daemon

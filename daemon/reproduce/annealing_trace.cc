@@ -2,6 +2,7 @@
 // Fig. 5.11: how the two terms of the objective fall while a curved cylinder is annealed to data of its own kind.
 #include <algorithm>
 
+#include "core/base/printed.h"
 #include "core/geon/anneal_type.h"
 #include "core/geon/fit_data.h"
 #include "daemon/reproduce/experiments.h"
@@ -71,7 +72,7 @@ Experiment AnnealingTrace(const Run& run) {
                {"last_ratio", "normals' term over distance term at the end (printed: similar)", "", 1.0, last, {}, Better::kFree, 0, 0, {}},
                {"end", "objective at the end", "mm", {}, best.objective.back(), optimum, Better::kLess, 0.1, 0.05, {}},
                {"decrements", "decrements on the way", "", {}, static_cast<double>(best.decrement.size()), {}, Better::kFree, 0, 0, {}},
-               {"reached", Text("runs that end within 5 %% of the best known objective, of %d (%d evaluations each)", seeds, options.most_evaluations), "",
+               {"reached", Printed("runs that end within 5 %% of the best known objective, of %d (%d evaluations each)", seeds, options.most_evaluations), "",
                 {}, 1.0 * reached, {}, Better::kFree, 0, 0, {}}};
   e.plots = {{"The best of the runs", {"decrement of the objective"}, {"mm", true},
               {{"t1, distances", best.decrement, best.t1, Series::Kind::kLine}, {"5 gamma t2, normals", best.decrement, best.normals, Series::Kind::kLine, 2},
@@ -79,7 +80,7 @@ Experiment AnnealingTrace(const Run& run) {
              {"The same over evaluations", {"evaluations of the objective", true}, {"mm", true},
               {{"t1, distances", best.evaluation, best.t1, Series::Kind::kLine}, {"5 gamma t2, normals", best.evaluation, best.normals, Series::Kind::kLine, 2},
                {"objective", best.evaluation, best.objective, Series::Kind::kDashed, 1}}}};
-  e.judgement = Text("The two stages are there: the normals' term starts at %.1f times the distance term and ends at %.1f times; but only %d of %d "
+  e.judgement = Printed("The two stages are there: the normals' term starts at %.1f times the distance term and ends at %.1f times; but only %d of %d "
                      "runs come within 5 %% of the optimum (%.2f mm), which the default finds every time.", first, last, reached, seeds, optimum);
   return e;
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/base/printed.h"
 #include "core/geon/anneal_type.h"
 #include "core/geon/fit_data.h"
 #include "daemon/reproduce/experiments.h"
@@ -66,7 +67,7 @@ ScanSettings BananaScan(int banana, int views) {
 
 std::vector<std::string> Row(const std::string& name, const Ratios& ratios) {
   std::vector<std::string> cells{name};
-  for (const double r : ratios) cells.push_back(Text("%.3f", r));
+  for (const double r : ratios) cells.push_back(Printed("%.3f", r));
   return cells;
 }
 
@@ -78,7 +79,7 @@ Table RatioTable(const std::string& caption, const Statistics& s) {
 Plot RatioPlot(const std::string& title, const std::vector<Ratios>& all) {
   Plot plot{title, {"model", false, 0, 0, {"1", "2", "3", "4", "5", "6", "7"}}, {"residual / the least of the same data"}, {}};
   for (std::size_t i = 0; i < all.size(); ++i) {
-    Series s{all.size() <= 12 ? Text("data %zu", i + 1) : "", {}, {}, Series::Kind::kLineAndMarks};
+    Series s{all.size() <= 12 ? Printed("data %zu", i + 1) : "", {}, {}, Series::Kind::kLineAndMarks};
     for (int k = 0; k < 7; ++k) {
       s.x.push_back(k + 1);
       s.y.push_back(all[i][k]);
@@ -149,7 +150,7 @@ Experiment BananaTable(const Run& run) {
     right_annealed_distance += no_normals.chosen == kCurvedCylinder;
     right_today_distance += no_normals_today.chosen == kCurvedCylinder;
     if (i < (run.quick ? 1 : 4)) {
-      e.pictures.push_back({Text("Banana %d: its data and the curved cylinder of the default (Figs. 6.18, 6.19 f)", i + 1),
+      e.pictures.push_back({Printed("Banana %d: its data and the curved cylinder of the default (Figs. 6.18, 6.19 f)", i + 1),
                             FitPicture(by_default.fits[kCurvedCylinder].geon, cloud, run)});
     }
   }
@@ -158,13 +159,13 @@ Experiment BananaTable(const Run& run) {
   using Better = Figure::Better;
   const Ratios printed = {3.255, 2.889, 3.851, 3.324, 3.611, 1.000, 2.987};
   const double share = 100.0 / count;
-  e.figures = {{"right", Text("bananas taken for curved cylinders, of %d", count), "%", 100.0, share * a.right, share * t.right, Better::kMore, 0, 1, 100.0},
+  e.figures = {{"right", Printed("bananas taken for curved cylinders, of %d", count), "%", 100.0, share * a.right, share * t.right, Better::kMore, 0, 1, 100.0},
                {"least_mean_ratio", "mean ratio of the model that comes closest", "", 2.889, a.least_other, t.least_other, Better::kMore, 0.1, 0, 1.8}};
   for (int k = 0; k < 7; ++k) {
     if (k == kCurvedCylinder) continue;
-    e.figures.push_back({Text("mean_%d", k + 1), "mean ratio of the " + PlainName(kGeonTypes[k]), "", printed[k], a.mean[k], t.mean[k], Better::kMore, 0.15, 0, {}});
+    e.figures.push_back({Printed("mean_%d", k + 1), "mean ratio of the " + PlainName(kGeonTypes[k]), "", printed[k], a.mean[k], t.mean[k], Better::kMore, 0.15, 0, {}});
   }
-  e.figures.push_back({"right_distance", Text("t1 alone: bananas taken for curved cylinders, of %d", count), "%", 100.0, share * ad.right, share * td.right, Better::kFree, 0, 0, {}});
+  e.figures.push_back({"right_distance", Printed("t1 alone: bananas taken for curved cylinders, of %d", count), "%", 100.0, share * ad.right, share * td.right, Better::kFree, 0, 0, {}});
   e.figures.push_back({"least_mean_ratio_distance", "t1 alone: mean ratio of the model that comes closest", "", {}, ad.least_other, td.least_other, Better::kFree, 0, 0, {}});
   Statistics of_print;
   of_print.mean = printed;
@@ -174,7 +175,7 @@ Experiment BananaTable(const Run& run) {
               RatioTable("The thesis' algorithm, repaired", a), RatioTable("As printed in Table 6.2", of_print)};
   e.plots = {RatioPlot("Fig. 6.20, today", today), RatioPlot("Fig. 6.20, the thesis' algorithm, repaired", annealed),
              RatioPlot("Fig. 6.21, today: t1 alone", today_distance), RatioPlot("Fig. 6.21, repaired: gamma t1 alone", annealed_distance)};
-  e.judgement = Text(
+  e.judgement = Printed(
       "Today all models but the curved cylinder leave at least %.2f times its residual on average (printed 2.89) and it is chosen %d times "
       "of %d; one run of annealing chooses it %d times. Without normals the closest other model comes to %.2f times: the thesis is right "
       "that they decide.",
@@ -209,7 +210,7 @@ Experiment BananaViews(const Run& run) {
       of_today[view] = parameters(by_default.fits[kCurvedCylinder].geon);
       of_annealing[view] = parameters(by_annealing.fits[kCurvedCylinder].geon);
       if (i == 0 && view < 2) {
-        e.pictures.push_back({Text("Fig. 6.23: banana 1, view %d, and its curved cylinder", view + 1),
+        e.pictures.push_back({Printed("Fig. 6.23: banana 1, view %d, and its curved cylinder", view + 1),
                               FitPicture(by_default.fits[kCurvedCylinder].geon, cloud, run)});
       }
       if (i == count) continue;
@@ -232,23 +233,23 @@ Experiment BananaViews(const Run& run) {
   }
   const Statistics a = Summarise(annealed, right_annealed), t = Summarise(today, right_today);
   using Better = Figure::Better;
-  e.figures = {{"right", Text("single views taken for curved cylinders, of %d", sets), "%", 100.0, 100.0 * a.right / sets, 100.0 * t.right / sets, Better::kMore, 0, 10, {}},
+  e.figures = {{"right", Printed("single views taken for curved cylinders, of %d", sets), "%", 100.0, 100.0 * a.right / sets, 100.0 * t.right / sets, Better::kMore, 0, 10, {}},
                {"least_mean_ratio", "mean ratio of the model that comes closest", "", {}, a.least_other, t.least_other, Better::kMore, 0.1, 0, {}}};
   const char* const names[4] = {"a_x", "a_y", "a_z", "bend"};
   const char* const keys[4] = {"ax", "ay", "az", "bend"};
   for (int p = 0; p < 4; ++p) {
-    e.figures.push_back({Text("tube_%s", keys[p]), Text("variation of %s, tube", names[p]), "%", {}, tube_annealed[p], tube_today[p], Better::kLess, 0.25, 2, {}});
-    e.figures.push_back({Text("banana_%s", keys[p]), Text("variation of %s, bananas", names[p]), "%", {}, bananas_annealed[p], bananas_today[p], Better::kLess, 0.25, 2, {}});
+    e.figures.push_back({Printed("tube_%s", keys[p]), Printed("variation of %s, tube", names[p]), "%", {}, tube_annealed[p], tube_today[p], Better::kLess, 0.25, 2, {}});
+    e.figures.push_back({Printed("banana_%s", keys[p]), Printed("variation of %s, bananas", names[p]), "%", {}, bananas_annealed[p], bananas_today[p], Better::kLess, 0.25, 2, {}});
   }
   Plot bars{"Fig. 6.24: coefficient of variation over four single views, today", {"parameter", false, 0, 0, {"a_x", "a_y", "a_z", "bend"}}, {"standard deviation / mean, %"}, {}};
   Series tube{"tube", {1, 2, 3, 4}, {}, Series::Kind::kBars}, banana{"bananas", {1, 2, 3, 4}, {}, Series::Kind::kBars};
   tube.y.assign(tube_today.begin(), tube_today.end());
   banana.y.assign(bananas_today.begin(), bananas_today.end());
   bars.series = {tube, banana};
-  e.plots = {RatioPlot(Text("Fig. 6.22, today: %d single views", sets), today), RatioPlot("Fig. 6.22, the thesis' algorithm, repaired", annealed), bars};
+  e.plots = {RatioPlot(Printed("Fig. 6.22, today: %d single views", sets), today), RatioPlot("Fig. 6.22, the thesis' algorithm, repaired", annealed), bars};
   int wider = 0;
   for (int p = 0; p < 4; ++p) wider += bananas_today[p] > tube_today[p];
-  e.judgement = Text(
+  e.judgement = Printed(
       "From one view %d of %d bananas are taken for curved cylinders today (all, as printed; %d by one run of annealing), with smaller "
       "margins than from four, as the thesis says; %d of the 4 parameters scatter more over the bananas than over the tube.",
       t.right, sets, a.right, wider);

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/base/printed.h"
 #include "core/model_picture.h"
 #include "core/object_model.h"
 #include "daemon/reproduce/experiments.h"
@@ -67,13 +68,13 @@ Experiment PinTable(const Run& run) {
   for (std::size_t part = 0; part < 2; ++part) {
     const Geon truth = Canonical(scene.parts[part].geon);
     for (int k = 0; k < 3; ++k) {
-      e.figures.push_back({Text("%s_a%c", scene.parts[part].name.c_str(), axes[k]), Text("%s, half size a_%c", scene.parts[part].name.c_str(), axes[k]),
+      e.figures.push_back({Printed("%s_a%c", scene.parts[part].name.c_str(), axes[k]), Printed("%s, half size a_%c", scene.parts[part].name.c_str(), axes[k]),
                            "mm", 1e3 * truth.size[k], size(repaired[part], k), size(today[part], k), Better::kSame, 0.02, 0.2, {}});
     }
   }
   const Geon neck = Canonical(scene.parts[1].geon);
   for (int k = 0; k < 2; ++k) {
-    e.figures.push_back({Text("neck_k%c", axes[k]), Text("neck, taper k_%c", axes[k]), "", neck.taper[k], taper(repaired[1], k), taper(today[1], k),
+    e.figures.push_back({Printed("neck_k%c", axes[k]), Printed("neck, taper k_%c", axes[k]), "", neck.taper[k], taper(repaired[1], k), taper(today[1], k),
                          Better::kSame, 0, 0.02, {}});
   }
   std::vector<std::optional<Geon>> truth;
@@ -97,8 +98,8 @@ Experiment PinTable(const Run& run) {
   picture.columns = 900;
   e.pictures.push_back({"The thesis' algorithm, repaired: 864 triangles by charge, and the parts it traced", ObjectPicture(data, picture)});
   const std::optional<double> worst = WorstError(scene, today);
-  e.judgement = Text("Today the table comes back from the scan%s; the thesis' line, repaired, gives %d part%s (%s).",
-                     worst ? Text(" with no size or taper off by more than %.1f %%", *worst).c_str() : " in part only",
+  e.judgement = Printed("Today the table comes back from the scan%s; the thesis' line, repaired, gives %d part%s (%s).",
+                     worst ? Printed(" with no size or taper off by more than %.1f %%", *worst).c_str() : " in part only",
                      thesis.parts.n_parts, thesis.parts.n_parts == 1 ? "" : "s", NamesOf(found_thesis).c_str());
   return e;
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/base/printed.h"
 #include "core/charge/contour.h"
 #include "daemon/reproduce/experiments.h"
 #include "daemon/reproduce/image_contour.h"
@@ -131,13 +132,13 @@ Experiment ContourNoise(const Run& run) {
             (c.convex ? convex : concave).x.push_back(arc[c.at]);
             (c.convex ? convex : concave).y.push_back(-1.12);
           }
-          const std::string smoothing = level == 0 ? "no smoothing" : Text("smoothing %d %%", level);
+          const std::string smoothing = level == 0 ? "no smoothing" : Printed("smoothing %d %%", level);
           const Axis along{"length along the contour, %", false, 0, 100};
           e.plots.push_back({"Charge density, the cross, " + smoothing, along, {"density / its greatest", false, -1.2, 1.1},
                              {{"charge density", arc, Scaled(charge), Series::Kind::kLine, 0}, convex, concave}});
           e.plots.push_back({"Incremental curvature, the cross, " + smoothing, along, {"curvature / its greatest", false, -1.2, 1.1},
                              {{"curvature", arc, Scaled(curvature), Series::Kind::kLine, 0}, convex, concave}});
-          Outline outline{Text("The cross as a contour, %s", smoothing.c_str()), "density / greatest", smooth, Scaled(charge)};
+          Outline outline{Printed("The cross as a contour, %s", smoothing.c_str()), "density / greatest", smooth, Scaled(charge)};
           for (const Corner& c : contour.corners) outline.marks.push_back(smooth[c.at]);
           outline.marks_label = "true corners";
           e.outlines.push_back(outline);
@@ -156,8 +157,8 @@ Experiment ContourNoise(const Run& run) {
     }
     const char* const names[4] = {"charge_convex", "charge_concave", "curvature_convex", "curvature_concave"};
     for (int k = 0; k < 4; ++k) {
-      e.figures.push_back({Text("%s_%d", names[k], level),
-                           Text("%s corners by %s, smoothing %d %%", k % 2 ? "concave" : "convex", k < 2 ? "charge" : "curvature", level),
+      e.figures.push_back({Printed("%s_%d", names[k], level),
+                           Printed("%s corners by %s, smoothing %d %%", k % 2 ? "concave" : "convex", k < 2 ? "charge" : "curvature", level),
                            "F1, %", {}, scores[k], scores[k], k < 2 ? Figure::Better::kMore : Figure::Better::kFree, 0.0, 5.0, {}});
     }
     charge_wins += (scores[0] > scores[2] + 0.5) + (scores[1] > scores[3] + 0.5);
@@ -165,7 +166,7 @@ Experiment ContourNoise(const Run& run) {
   }
   e.plots.insert(e.plots.begin(), {"Corners found over smoothing", {"smoothing, % of the largest Fourier component", false, -0.2, 4.2},
                                    {"F1 score, %", false, 0, 104}, {lines[0], lines[1], lines[2], lines[3]}});
-  e.judgement = Text(
+  e.judgement = Printed(
       "On the raw contour charge finds convex and concave corners at F1 %.0f and %.0f %%, curvature at %.0f and %.0f %%, as the thesis "
       "says; over all levels charge is the better one in %d of 10 comparisons and curvature in %d: %s.",
       100 * charge_convex[0], 100 * charge_concave[0], 100 * curve_convex[0], 100 * curve_concave[0], charge_wins, curvature_wins,

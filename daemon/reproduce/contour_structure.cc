@@ -5,6 +5,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "core/base/printed.h"
 #include "core/charge/contour.h"
 #include "daemon/reproduce/experiments.h"
 #include "daemon/reproduce/image_contour.h"
@@ -187,8 +188,8 @@ Experiment WigglyDumbbell(const Run& run) {
   const int peaks_charge = EnvelopePeaks(crests), peaks_curvature = EnvelopePeaks(Crests(curvature, wiggles));
   using Better = Figure::Better;
   e.figures = {
-      {"fine_charge", "waves found by charge", Text("of %d", wiggles), {}, 1.0 * fine_charge, 1.0 * fine_charge, Better::kMore, 0, 1, {}},
-      {"fine_curvature", "waves found by curvature", Text("of %d", wiggles), {}, 1.0 * fine_curvature, 1.0 * fine_curvature, Better::kFree, 0, 0, {}},
+      {"fine_charge", "waves found by charge", Printed("of %d", wiggles), {}, 1.0 * fine_charge, 1.0 * fine_charge, Better::kMore, 0, 1, {}},
+      {"fine_curvature", "waves found by curvature", Printed("of %d", wiggles), {}, 1.0 * fine_curvature, 1.0 * fine_curvature, Better::kFree, 0, 0, {}},
       {"peaks_charge", "peaks of the envelope of charge", "", 2.0, 1.0 * peaks_charge, 1.0 * peaks_charge, Better::kSame, 0, 0, {}},
       {"peaks_curvature", "peaks of the envelope of curvature", "", {}, 1.0 * peaks_curvature, 1.0 * peaks_curvature, Better::kFree, 0, 0, {}},
       {"gross_charge", "variance of charge that is gross structure", "%", {}, charge_share, charge_share, Better::kMore, 0.1, 0, {}},
@@ -205,7 +206,7 @@ Experiment WigglyDumbbell(const Run& run) {
   e.outlines = {{"The dumbbell, by charge density", "density / mean", contour, charge}};
   e.plots = {{"Charge density along the dumbbell", along, {"density / mean"}, {{"charge density", arc, charge, Series::Kind::kLine, 0}, envelope}},
              {"Incremental curvature along the dumbbell", along, {"curvature, 1 / unit of length"}, {{"curvature", arc, curvature, Series::Kind::kLine, 0}}}};
-  e.judgement = Text("As printed: charge shows all %d waves and the two lobes at once (%.0f %% of its variance is gross shape, the "
+  e.judgement = Printed("As printed: charge shows all %d waves and the two lobes at once (%.0f %% of its variance is gross shape, the "
                      "envelope has %d peaks), where of the variance of curvature %.1f %% is gross shape.",
                      fine_charge, charge_share, peaks_charge, curvature_share);
   return e;
@@ -252,7 +253,7 @@ Experiment PartSignificance(const Run& run) {
     for (double& y : s->y) y /= most;
   }
   e.plots.back().series = {charges, curvatures};
-  e.judgement = Text("%s: the longer an arm, the higher its peak of charge (correlation %.2f); curvature, equal at all tips, "
+  e.judgement = Printed("%s: the longer an arm, the higher its peak of charge (correlation %.2f); curvature, equal at all tips, "
                      "says %s (%.2f).", by_charge > 0.8 ? "As printed" : "Less clearly than printed", by_charge, std::abs(by_curvature) < 0.5 ? "nothing of it" : "little of it that is not chance", by_curvature);
   return e;
 }

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "core/base/printed.h"
 #include "core/charge/contour.h"
 #include "daemon/reproduce/experiments.h"
 #include "daemon/reproduce/image_contour.h"
@@ -146,11 +147,11 @@ Experiment Ellipse(const Run& run) {
       curves.series = {{"theory (6.2)", result.theta, result.exact, Series::Kind::kLine},
                        {"computed", result.theta, result.computed, Series::Kind::kDashed}};
     }
-    Series error{Text("d = %.0f", ratios[i]), result.theta, {}, Series::Kind::kLine};
+    Series error{Printed("d = %.0f", ratios[i]), result.theta, {}, Series::Kind::kLine};
     for (std::size_t k = 0; k < result.theta.size(); ++k) error.y.push_back(100.0 * (result.computed[k] - result.exact[k]));
     errors.series.push_back(error);
     const auto add = [&](const char* key, const char* text, const char* unit, double value, std::optional<double> bar) {
-      e.figures.push_back({Text("%s_%.0f", key, ratios[i]), Text("%s, d = %.0f", text, ratios[i]), unit, {}, value, value,
+      e.figures.push_back({Printed("%s_%.0f", key, ratios[i]), Printed("%s, d = %.0f", text, ratios[i]), unit, {}, value, value,
                            Figure::Better::kLess, 0.05, 1e-4, bar});
     };
     add("rms", "rms error of the density", "%", result.relative_rms, i == 0 ? std::optional(0.03) : std::nullopt);
@@ -158,7 +159,7 @@ Experiment Ellipse(const Run& run) {
     add("drawn_worst", "largest difference of the curves as drawn", "% of the greatest", result.worst, {});
   }
   e.plots = {curves, errors};
-  e.judgement = Text("The thesis' claim holds and can be given a number: %.3f %% rms at d = 2; equal steps of theta leave "
+  e.judgement = Printed("The thesis' claim holds and can be given a number: %.3f %% rms at d = 2; equal steps of theta leave "
                      "few, long segments at the tips, where slender ellipses lose most (%.2f %% at d = 5).", *e.figures[0].today, *e.figures[6].today);
   return e;
 }
@@ -214,7 +215,7 @@ Experiment Cycloids(const Run& run) {
   plot.series = {{"hypocycloid", ArcShare(out.polygon), relative(out_charge.density, MeanDensity(out.polygon))},
                  {"epicycloid", ArcShare(in.polygon), relative(in_charge.density, MeanDensity(in.polygon))}};
   e.plots = {plot};
-  e.judgement = Text("As printed: charge grows without bound at sharp convexities (%.0f times the mean at this resolution) and "
+  e.judgement = Printed("As printed: charge grows without bound at sharp convexities (%.0f times the mean at this resolution) and "
                      "vanishes at sharp concavities (%.3f of it); a peak takes %.1f %% of the length, a valley %.1f %%, so "
                      "peaks are indeed %s.", peak, valley, convex_width, concave_width,
                      convex_width < concave_width ? "the sharper ones" : "not the sharper ones");

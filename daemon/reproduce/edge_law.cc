@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/base/printed.h"
 #include "core/charge/charge_density.h"
 #include "daemon/reproduce/experiments.h"
 
@@ -156,7 +157,7 @@ Experiment EdgeLaw(const Run& run) {
     usual.threads = run.threads;
     const Profile repaired = Measure(mesh, SolveChargeDensity(mesh, exact, run.stop).density, beta, even);
     const Profile today = Measure(mesh, SolveChargeDensity(mesh, usual, run.stop).density, beta, even);
-    Figure figure{Text("exponent_%d", degrees), Text("exponent at beta = %d degrees", degrees), "", expected, repaired.exponent,
+    Figure figure{Printed("exponent_%d", degrees), Printed("exponent at beta = %d degrees", degrees), "", expected, repaired.exponent,
                   today.exponent, Figure::Better::kSame, 0.01, 0.003, {}};
     e.figures.push_back(figure);
     if (degrees != 180) {
@@ -165,7 +166,7 @@ Experiment EdgeLaw(const Run& run) {
     }
     measured.x.push_back(degrees);
     measured.y.push_back(today.exponent);
-    Series curve{Text("%d degrees", degrees), today.distance, today.density, Series::Kind::kLineAndMarks};
+    Series curve{Printed("%d degrees", degrees), today.distance, today.density, Series::Kind::kLineAndMarks};
     std::size_t at = 0;
     while (at + 1 < curve.x.size() && curve.x[at] < 0.1) ++at;
     const double reference = curve.y[at];
@@ -176,7 +177,7 @@ Experiment EdgeLaw(const Run& run) {
                        Figure::Better::kLess, 0.2, 0.1, 3.0});
   exponents.series = {theory, measured};
   e.plots = {density, exponents};
-  e.judgement = Text(
+  e.judgement = Printed(
       "The law holds: the solved exponents differ from pi/beta - 1 by at most %.2f %% (exact solve) and %.2f %% (default "
       "solver) - provided beta is read as the angle of the free space, which the thesis does not say.",
       worst_repaired, worst_today);

@@ -3,8 +3,6 @@
 
 #include <chrono>
 #include <cmath>
-#include <cstdarg>
-#include <cstdio>
 #include <stdexcept>
 
 #include "daemon/reproduce/experiments.h"
@@ -70,19 +68,6 @@ Experiment RunExperiment(const ExperimentEntry& entry, const Run& run) {
   experiment.name = entry.name;
   experiment.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return experiment;
-}
-
-std::string Text(const char* format, ...) {
-  va_list arguments, again;
-  va_start(arguments, format);
-  va_copy(again, arguments);
-  const int length = std::vsnprintf(nullptr, 0, format, arguments);
-  va_end(arguments);
-  std::string text(length + 1, '\0');
-  std::vsnprintf(text.data(), text.size(), format, again);
-  va_end(again);
-  text.pop_back();
-  return text;
 }
 
 }  // namespace geond::reproduce

@@ -89,7 +89,4 @@ const ExperimentEntry& ExperimentByName(std::string_view name);
 // Runs one and takes its time.
 Experiment RunExperiment(const ExperimentEntry& entry, const Run& run);
 
-// printf into a string.
-[[gnu::format(printf, 1, 2)]] std::string Text(const char* format, ...);
-
 }  // namespace geond::reproduce

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "core/base/printed.h"
 #include "daemon/reproduce/experiments.h"
 #include "daemon/reproduce/objects.h"
 #include "daemon/reproduce/scans.h"
@@ -41,11 +42,11 @@ Verdict Judge(const Residuals& residuals) {
 
 Table ResidualTable(const std::string& caption, const Residuals& residuals) {
   Table table{caption, {"object"}, {}};
-  for (int model = 0; model < 7; ++model) table.heads.push_back(Text("%d", model + 1));
+  for (int model = 0; model < 7; ++model) table.heads.push_back(Printed("%d", model + 1));
   for (int row = 0; row < 7; ++row) {
-    std::vector<std::string> cells{Text("%d ", row + 1) + PlainName(kGeonTypes[row])};
+    std::vector<std::string> cells{Printed("%d ", row + 1) + PlainName(kGeonTypes[row])};
     for (int model = 0; model < 7; ++model) {
-      const std::string number = Text("%.3f", residuals[row][model]);
+      const std::string number = Printed("%.3f", residuals[row][model]);
       const bool nested = Contains(kGeonTypes[model], kGeonTypes[row]);
       cells.push_back(model == row ? "*" + number : nested ? "(" + number + ")" : number);
     }
@@ -84,7 +85,7 @@ Experiment GeonTable(const Run& run) {
       for (int model = 0; model < 7; ++model) annealed[row][model] = 1e3 * fits.fits[model].objective;
       if (row == 6) {
         for (int model = 0; model < 7; ++model) {
-          e.pictures.push_back({Text("Curved cuboid, %s: E %.2f mm today (shown), %.2f mm by annealing, %.2f mm in Fig. 6.17",
+          e.pictures.push_back({Printed("Curved cuboid, %s: E %.2f mm today (shown), %.2f mm by annealing, %.2f mm in Fig. 6.17",
                                      PlainName(kGeonTypes[model]).c_str(), 1e3 * by_default.fits[model].objective,
                                      1e3 * fits.fits[model].objective, kPrinted[6][model]),
                                 FitPicture(by_default.fits[model].geon, cloud, run)});
@@ -105,17 +106,17 @@ Experiment GeonTable(const Run& run) {
       {"least_ratio", "least ratio of another model's residual to the own one's", "", of_print.least_ratio, of_annealing.least_ratio,
        of_today.least_ratio, Better::kMore, 0.1, 0, 4.0},
       {"types_right", "objects whose own type is chosen", "of 7", 7.0, 1.0 * types_annealed, 1.0 * types_today, Better::kMore, 0, 0, 7.0},
-      {"optimum_reached", Text("own-type runs of annealing within 5 %% of the best known residual, %d runs", runs),
+      {"optimum_reached", Printed("own-type runs of annealing within 5 %% of the best known residual, %d runs", runs),
        "%", {}, 100.0 * reached / runs, {}, Better::kMore, 0, 15, {}},
   };
   for (int row = 0; row < 7; ++row) {
-    e.figures.push_back({Text("row_%d", row + 1), "least ratio in the row of the " + PlainName(kGeonTypes[row]), "", of_print.row_ratio[row],
+    e.figures.push_back({Printed("row_%d", row + 1), "least ratio in the row of the " + PlainName(kGeonTypes[row]), "", of_print.row_ratio[row],
                          of_annealing.row_ratio[row], of_today.row_ratio[row], Better::kMore, 0.15, 0, {}});
   }
   e.tables = {ResidualTable("Today: residuals E in mm, model 1 to 7", today),
               ResidualTable("The thesis' algorithm, repaired: E in mm after one run of annealing a cell", annealed),
               ResidualTable("As printed in Table 6.1", printed)};
-  e.judgement = Text(
+  e.judgement = Printed(
       "The objective does discriminate as printed: with optima found, every own model wins by a factor of %.1f or more (printed: "
       "%.1f). But one run of annealing with the printed settings reaches the optimum in %d of %d own-type runs and chooses %d of 7 "
       "types; the thesis' table needs more runs or more time than it says.",

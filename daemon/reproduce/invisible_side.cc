@@ -4,6 +4,7 @@
 #include <cmath>
 #include <queue>
 
+#include "core/base/printed.h"
 #include "core/geometry/point_cloud.h"
 #include "core/picture/object_picture.h"
 #include "core/surface/tessellate.h"
@@ -135,7 +136,7 @@ Experiment InvisibleSide(const Run& run) {
     picture.azimuth = std::atan2(view.X_TS.translation().y(), view.X_TS.translation().x());
     picture.elevation = settings.elevation;
     picture.threads = run.threads;
-    e.pictures.push_back({Text("psi = %d %%, %zu triangles in all, %zu seen", psis[k], mesh.triangles.size(), patch.triangles.size()),
+    e.pictures.push_back({Printed("psi = %d %%, %zu triangles in all, %zu seen", psis[k], mesh.triangles.size(), patch.triangles.size()),
                           ObjectPicture(data, picture)});
   }
   const std::vector<std::array<int, 3>> neighbors = TriangleNeighbors(patch);
@@ -153,16 +154,16 @@ Experiment InvisibleSide(const Run& run) {
     worst_today = std::max(worst_today, of_plain.worst);
     worst_averaged = std::max(worst_averaged, of_mean.worst);
     minima = of_plain.count;
-    e.figures.push_back({Text("worst_%d", psis[k]), Text("furthest move of a deep minimum, psi 10 to %d %% (%d minima)", psis[k], of_plain.count),
+    e.figures.push_back({Printed("worst_%d", psis[k]), Printed("furthest move of a deep minimum, psi 10 to %d %% (%d minima)", psis[k], of_plain.count),
                          "triangles", {}, 1.0 * of_exact.worst, 1.0 * of_plain.worst, Better::kLess, 0, 0, 1.0});
-    e.figures.push_back({Text("in_place_%d", psis[k]), Text("deep minima that stay in their triangle, psi 10 to %d %%", psis[k]), "%", {},
+    e.figures.push_back({Printed("in_place_%d", psis[k]), Printed("deep minima that stay in their triangle, psi 10 to %d %%", psis[k]), "%", {},
                          of_exact.share_in_place, of_plain.share_in_place, Better::kMore, 0, 10, {}});
-    e.figures.push_back({Text("averaged_worst_%d", psis[k]), Text("furthest move of a deep minimum of the averaged density, psi 10 to %d %% (%d minima)", psis[k], of_mean.count),
+    e.figures.push_back({Printed("averaged_worst_%d", psis[k]), Printed("furthest move of a deep minimum of the averaged density, psi 10 to %d %% (%d minima)", psis[k], of_mean.count),
                          "triangles", {}, {}, 1.0 * of_mean.worst, Better::kLess, 0, 1, {}});
-    e.figures.push_back({Text("level_%d", psis[k]), Text("median density on the seen side over that at 10 %%, psi %d %%", psis[k]), "", {},
+    e.figures.push_back({Printed("level_%d", psis[k]), Printed("median density on the seen side over that at 10 %%, psi %d %%", psis[k]), "", {},
                          Median(exact_density[k]) / Median(exact_density[0]), Median(plain[k]) / Median(plain[0]), Better::kSame, 0.05, 0, {}});
   }
-  e.judgement = Text("%s: the level of charge changes with the invented depth, but the %d deep minima move by at most %d triangle%s (those of "
+  e.judgement = Printed("%s: the level of charge changes with the invented depth, but the %d deep minima move by at most %d triangle%s (those of "
                      "the averaged density by %d).", worst_today <= 1 ? "As printed" : "Less well than printed", minima, worst_today,
                      worst_today == 1 ? "" : "s", worst_averaged);
   return e;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Fig. 6.25: whole objects as geons.
+#include "core/base/printed.h"
 #include "core/model_picture.h"
 #include "core/object_model.h"
 #include "daemon/reproduce/experiments.h"
@@ -49,9 +50,9 @@ Experiment MultiPartObjects(const Run& run) {
     const auto n = static_cast<int>(object.scene.parts.size());
     const int right_today = TypesRight(object.scene, today), right_repaired = TypesRight(object.scene, repaired);
     types_today += right_today, types_repaired += right_repaired, parts += n;
-    e.figures.push_back({std::string(object.key) + "_parts", Text("%s: parts (built from %d)", object.scene.name.c_str(), n), "", 1.0 * n,
+    e.figures.push_back({std::string(object.key) + "_parts", Printed("%s: parts (built from %d)", object.scene.name.c_str(), n), "", 1.0 * n,
                          1.0 * thesis.parts.n_parts, 1.0 * model.segmentation.n_parts, Better::kSame, 0, 0, {}});
-    e.figures.push_back({std::string(object.key) + "_types", object.scene.name + ": parts of the type they were built from", Text("of %d", n), {},
+    e.figures.push_back({std::string(object.key) + "_types", object.scene.name + ": parts of the type they were built from", Printed("of %d", n), {},
                          1.0 * right_repaired, 1.0 * right_today, Better::kMore, 0, 0, {}});
     table.rows.push_back({object.scene.name, object.printed, NamesOf(repaired), NamesOf(today)});
     ObjectPictureOptions picture;
@@ -60,7 +61,7 @@ Experiment MultiPartObjects(const Run& run) {
     e.pictures.push_back({object.scene.name + ", today", ModelPicture(model, object.scene.name, picture)});
   }
   e.tables = {table};
-  e.judgement = Text("Today %d of %d parts get the type they were built from, by the thesis' line, repaired, %d.", types_today, parts, types_repaired);
+  e.judgement = Printed("Today %d of %d parts get the type they were built from, by the thesis' line, repaired, %d.", types_today, parts, types_repaired);
   return e;
 }
 

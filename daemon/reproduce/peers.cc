@@ -4,6 +4,7 @@
 #include <ctime>
 #include <map>
 
+#include "core/base/printed.h"
 #include "core/charge/charge_density.h"
 #include "core/geometry/mesh_files.h"
 #include "core/geometry/sample_mesh.h"
@@ -61,13 +62,13 @@ void CompareCharge(Experiment& e, const Run& run) {
   const ChargeDensity of_large = SolveChargeDensity(large, usual, run.stop);
   const double seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
   using Better = Figure::Better;
-  e.figures.push_back({"charge_rms", Text("fast solve: rms error of the density against the exact solve, cube of %zu triangles", truth.size()), "of the mean", {}, {}, rms,
+  e.figures.push_back({"charge_rms", Printed("fast solve: rms error of the density against the exact solve, cube of %zu triangles", truth.size()), "of the mean", {}, {}, rms,
                        Better::kLess, 0.5, 1e-4, {}});
-  e.figures.push_back({"charge_seconds", Text("fast solve of a cube of %zu triangles", large.triangles.size()), "CPU s", {}, {}, seconds, Better::kFree, 0, 0, {}});
+  e.figures.push_back({"charge_seconds", Printed("fast solve of a cube of %zu triangles", large.triangles.size()), "CPU s", {}, {}, seconds, Better::kFree, 0, 0, {}});
   e.figures.push_back({"capacitance", "capacitance of the unit cube (0.660678) from that mesh, error", "%", {}, {},
                        100.0 * std::abs(of_large.capacitance / 0.66067815 - 1.0), Better::kLess, 0.1, 0.01, {}});
   e.tables.push_back({"Charge on 10,092 triangles, as measured by us", {"program", "CPU s", "rms error of the density"},
-                      {{"*geond, fast", Text("%.2f (%zu triangles, now)", seconds, large.triangles.size()), Text("%.1e", rms)},
+                      {{"*geond, fast", Printed("%.2f (%zu triangles, now)", seconds, large.triangles.size()), Printed("%.1e", rms)},
                        {"dense, exact, GMRES 1e-8", "5.4", "0 (the yardstick)"}, {"FastCap, order 2", "0.35", "2.1e-2"},
                        {"FastCap, order 4", "0.55", "1.4e-3 to 3e-3"}, {"FasterCap -m0.0003", "2.4", "3.5e-3"},
                        {"FMM3D with exact near field", "0.97", "2e-4 to 6e-4"}, {"H2Lib (Galerkin)", "2.2", "not taken"},
@@ -93,8 +94,8 @@ void CompareFits(Experiment& e, const Run& run) {
     options.threads = run.threads;
     const GeonFit fit = FitGeons(cloud, options, run.stop).front();
     const double radial = EvaluateObjective(fit.geon, cloud, 0.0).t1 / BoundingBox(cloud.points).diagonal().norm();
-    e.figures.push_back({std::string("ycb_") + object.file, Text("%s: mean radial distance over the diagonal", object.name), "", {}, {}, radial, Figure::Better::kLess, 0.2, 0, {}});
-    table.rows.push_back({object.name, PlainName(fit.geon.type), "*" + Text("%.4f", radial), object.ems, object.cluster});
+    e.figures.push_back({std::string("ycb_") + object.file, Printed("%s: mean radial distance over the diagonal", object.name), "", {}, {}, radial, Figure::Better::kLess, 0.2, 0, {}});
+    table.rows.push_back({object.name, PlainName(fit.geon.type), "*" + Printed("%.4f", radial), object.ems, object.cluster});
   }
   if (!table.rows.empty()) e.tables.push_back(table);
 }
@@ -105,8 +106,8 @@ void CompareParts(Experiment& e, const Run& run) {
     const std::filesystem::path path = run.data / "ycb" / (std::string(file) + ".stl");
     if (run.data.empty() || !std::filesystem::exists(path)) continue;
     const ObjectModel model = BuildObjectModel(ReadGeometry(path).mesh, {}, run.stop);
-    e.figures.push_back({std::string("parts_") + file, Text("%s: parts", file), "", {}, {}, 1.0 * model.segmentation.n_parts, Figure::Better::kSame, 0, 1, {}});
-    table.rows.push_back({file, "*" + Text("%d", model.segmentation.n_parts), cgal, coacd});
+    e.figures.push_back({std::string("parts_") + file, Printed("%s: parts", file), "", {}, {}, 1.0 * model.segmentation.n_parts, Figure::Better::kSame, 0, 1, {}});
+    table.rows.push_back({file, "*" + Printed("%d", model.segmentation.n_parts), cgal, coacd});
   }
   if (!table.rows.empty()) e.tables.push_back(table);
 }
@@ -130,7 +131,7 @@ Experiment Peers(const Run& run) {
                        {"published: RandCuts, NormCuts, ShapeDiam, CoreExtra, FitPrim, RandWalks, KMeans", ".15 .17 .18 .21 .21 .22 .25"},
                        {"all in one part", "0.655"}}});
   const bool with_data = e.figures.size() > 3;
-  e.judgement = Text("The charge is as exact as the best of the others at a fraction of their time; %s.",
+  e.judgement = Printed("The charge is as exact as the best of the others at a fraction of their time; %s.",
                      with_data ? "bent and tapered shapes fit real objects that rigid superquadrics cannot, boxes and cans fit about as well"
                                : "the real meshes were not there, so shapes and parts were not compared");
   return e;

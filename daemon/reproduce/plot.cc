@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/base/printed.h"
 #include "core/picture/color.h"
 #include "daemon/reproduce/experiment.h"
 
@@ -78,15 +79,15 @@ class Scale {
   double begin_, end_, low_ = 0.0, high_ = 1.0;
 };
 
-std::string Number(double v) { return std::abs(v) < 1e-12 ? "0" : Text("%.4g", v); }
+std::string Number(double v) { return std::abs(v) < 1e-12 ? "0" : Printed("%.4g", v); }
 
 std::string Head(int width, int height) {
-  return Text("<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 %d %d\" width=\"%d\" height=\"%d\" "
+  return Printed("<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 %d %d\" width=\"%d\" height=\"%d\" "
               "font-family=\"system-ui,sans-serif\" font-size=\"12\">\n", width, height, width, height);
 }
 
 std::string Words(double x, double y, const std::string& text, const char* more = "") {
-  return Text("<text x=\"%.1f\" y=\"%.1f\" %s>", x, y, more) + Escaped(text) + "</text>\n";
+  return Printed("<text x=\"%.1f\" y=\"%.1f\" %s>", x, y, more) + Escaped(text) + "</text>\n";
 }
 
 constexpr double kTop = 34.0, kBottom = 50.0, kLeft = 66.0, kLegend = 17.0;
@@ -105,22 +106,22 @@ double LegendWidth(const Plot& plot) {
 std::string Axes(const Plot& plot, const Scale& x, const Scale& y, double right, double bottom) {
   std::string svg;
   for (const double v : y.Ticks()) {
-    svg += Text("<path d=\"M%.1f %.1fH%.1f\" stroke=\"#e3e3e3\"/>\n", kLeft, y(v), right);
+    svg += Printed("<path d=\"M%.1f %.1fH%.1f\" stroke=\"#e3e3e3\"/>\n", kLeft, y(v), right);
     svg += Words(kLeft - 6, y(v) + 4, Number(v), "text-anchor=\"end\"");
   }
   if (plot.x.names.empty()) {
     for (const double v : x.Ticks()) {
-      svg += Text("<path d=\"M%.1f %.1fV%.1f\" stroke=\"#e3e3e3\"/>\n", x(v), kTop, bottom);
+      svg += Printed("<path d=\"M%.1f %.1fV%.1f\" stroke=\"#e3e3e3\"/>\n", x(v), kTop, bottom);
       svg += Words(x(v), bottom + 16, Number(v), "text-anchor=\"middle\"");
     }
   }
   for (std::size_t i = 0; i < plot.x.names.size(); ++i) {
     svg += Words(x(static_cast<double>(i + 1)), bottom + 16, plot.x.names[i], "text-anchor=\"middle\"");
   }
-  svg += Text("<path d=\"M%.1f %.1fV%.1fH%.1f\" fill=\"none\" stroke=\"#333\"/>\n", kLeft, kTop, bottom, right);
+  svg += Printed("<path d=\"M%.1f %.1fV%.1fH%.1f\" fill=\"none\" stroke=\"#333\"/>\n", kLeft, kTop, bottom, right);
   svg += Words(0.5 * (kLeft + right), bottom + 38, plot.x.label, "text-anchor=\"middle\"");
   const double middle = 0.5 * (kTop + bottom);
-  svg += Words(16, middle, plot.y.label, Text("text-anchor=\"middle\" transform=\"rotate(-90 16 %.1f)\"", middle).c_str());
+  svg += Words(16, middle, plot.y.label, Printed("text-anchor=\"middle\" transform=\"rotate(-90 16 %.1f)\"", middle).c_str());
   svg += Words(kLeft, 20, plot.title, "font-weight=\"600\" font-size=\"13\"");
   return svg;
 }
@@ -138,15 +139,15 @@ std::string Curve(const Series& s, const Scale& x, const Scale& y, const char* c
     const double px = x(s.x[i]), py = y(s.y[i]);
     if (s.kind == Series::Kind::kBars) {
       const double step = 0.8 * (x(1.0) - x(0.0)) / bars, base = y(std::max(0.0, y.low()));
-      svg += Text("<rect x=\"%.1f\" y=\"%.1f\" width=\"%.1f\" height=\"%.1f\" fill=\"%s\"/>\n",
+      svg += Printed("<rect x=\"%.1f\" y=\"%.1f\" width=\"%.1f\" height=\"%.1f\" fill=\"%s\"/>\n",
                   px - 0.4 * (x(1.0) - x(0.0)) + bar * step, std::min(py, base), 0.92 * step, std::abs(base - py), color);
     }
-    if (line) path += Text("%c%.1f %.1f", pen ? 'L' : 'M', px, py);
+    if (line) path += Printed("%c%.1f %.1f", pen ? 'L' : 'M', px, py);
     pen = true;
-    if (marks) svg += Text("<circle cx=\"%.1f\" cy=\"%.1f\" r=\"3.2\" fill=\"%s\" fill-opacity=\"0.8\"/>\n", px, py, color);
+    if (marks) svg += Printed("<circle cx=\"%.1f\" cy=\"%.1f\" r=\"3.2\" fill=\"%s\" fill-opacity=\"0.8\"/>\n", px, py, color);
   }
   if (line) {
-    svg += "<path d=\"" + path + Text("\" fill=\"none\" stroke=\"%s\" stroke-width=\"1.6\"%s/>\n", color,
+    svg += "<path d=\"" + path + Printed("\" fill=\"none\" stroke=\"%s\" stroke-width=\"1.6\"%s/>\n", color,
                                       s.kind == Series::Kind::kDashed ? " stroke-dasharray=\"6 4\"" : "");
   }
   return svg;
@@ -155,13 +156,13 @@ std::string Curve(const Series& s, const Scale& x, const Scale& y, const char* c
 std::string Legend(const Series& s, double x, double y, const char* color) {
   std::string svg;
   if (s.kind == Series::Kind::kBars) {
-    svg += Text("<rect x=\"%.1f\" y=\"%.1f\" width=\"20\" height=\"10\" fill=\"%s\"/>\n", x, y - 9, color);
+    svg += Printed("<rect x=\"%.1f\" y=\"%.1f\" width=\"20\" height=\"10\" fill=\"%s\"/>\n", x, y - 9, color);
   } else if (s.kind != Series::Kind::kMarks) {
-    svg += Text("<path d=\"M%.1f %.1fh20\" stroke=\"%s\" stroke-width=\"2\"%s/>\n", x, y - 4, color,
+    svg += Printed("<path d=\"M%.1f %.1fh20\" stroke=\"%s\" stroke-width=\"2\"%s/>\n", x, y - 4, color,
                 s.kind == Series::Kind::kDashed ? " stroke-dasharray=\"6 4\"" : "");
   }
   if (s.kind == Series::Kind::kMarks || s.kind == Series::Kind::kLineAndMarks) {
-    svg += Text("<circle cx=\"%.1f\" cy=\"%.1f\" r=\"3.2\" fill=\"%s\"/>\n", x + 10, y - 4, color);
+    svg += Printed("<circle cx=\"%.1f\" cy=\"%.1f\" r=\"3.2\" fill=\"%s\"/>\n", x + 10, y - 4, color);
   }
   return svg + Words(x + 27, y, s.name);
 }
@@ -170,7 +171,7 @@ std::string Legend(const Series& s, double x, double y, const char* color) {
 std::string ValueColor(double share) {
   const double t = std::clamp(share, 0.0, 1.0);
   const Color c = 255.0f * ColorFromLightness(0.30 + 0.58 * t, 0.13, (300.0 - 200.0 * t) * M_PI / 180.0);
-  return Text("#%02x%02x%02x", static_cast<int>(c[0]), static_cast<int>(c[1]), static_cast<int>(c[2]));
+  return Printed("#%02x%02x%02x", static_cast<int>(c[0]), static_cast<int>(c[1]), static_cast<int>(c[2]));
 }
 
 }  // namespace
@@ -195,7 +196,7 @@ std::string ToSvg(const Plot& plot) {
   const Scale x(plot.x, plot.series, true, kLeft, right), y(plot.y, plot.series, false, bottom, kTop);
   std::string svg = Head(plot.width, plot.height) + Axes(plot, x, y, right, bottom);
   // A drawing within the drawing cuts off what leaves the range of the axes.
-  svg += Text("<svg x=\"%.1f\" y=\"%.1f\" width=\"%.1f\" height=\"%.1f\" viewBox=\"%.1f %.1f %.1f %.1f\">\n", kLeft, kTop - 4,
+  svg += Printed("<svg x=\"%.1f\" y=\"%.1f\" width=\"%.1f\" height=\"%.1f\" viewBox=\"%.1f %.1f %.1f %.1f\">\n", kLeft, kTop - 4,
               right - kLeft + 4, bottom - kTop + 4, kLeft, kTop - 4, right - kLeft + 4, bottom - kTop + 4);
   const auto bars = static_cast<int>(std::count_if(plot.series.begin(), plot.series.end(), [](const Series& s) {
     return s.kind == Series::Kind::kBars;
@@ -240,26 +241,26 @@ std::string ToSvg(const Outline& outline) {
   for (std::size_t i = 0; i < n; ++i) {
     const Eigen::Vector2d a = at(outline.polygon[i]), b = at(outline.polygon[(i + 1) % n]);
     const double value = valued ? 0.5 * (outline.values[i] + outline.values[(i + 1) % n]) : 0.0;
-    svg += Text("<path d=\"M%.1f %.1fL%.1f %.1f\" stroke=\"%s\" stroke-width=\"%s\" stroke-linecap=\"round\"/>\n", a.x(), a.y(),
+    svg += Printed("<path d=\"M%.1f %.1fL%.1f %.1f\" stroke=\"%s\" stroke-width=\"%s\" stroke-linecap=\"round\"/>\n", a.x(), a.y(),
                 b.x(), b.y(), valued ? ValueColor((value - least) / std::max(1e-300, most - least)).c_str() : "#333",
                 valued ? "4" : "1.5");
   }
   for (const Eigen::Vector2d& mark : outline.marks) {
     const Eigen::Vector2d p = at(mark);
-    svg += Text("<circle cx=\"%.1f\" cy=\"%.1f\" r=\"4.5\" fill=\"none\" stroke=\"#d55e00\" stroke-width=\"1.6\"/>\n", p.x(), p.y());
+    svg += Printed("<circle cx=\"%.1f\" cy=\"%.1f\" r=\"4.5\" fill=\"none\" stroke=\"#d55e00\" stroke-width=\"1.6\"/>\n", p.x(), p.y());
   }
   if (!outline.marks.empty()) {
-    svg += Text("<circle cx=\"20\" cy=\"%d\" r=\"4.5\" fill=\"none\" stroke=\"#d55e00\" stroke-width=\"1.6\"/>\n", outline.height - 12);
+    svg += Printed("<circle cx=\"20\" cy=\"%d\" r=\"4.5\" fill=\"none\" stroke=\"#d55e00\" stroke-width=\"1.6\"/>\n", outline.height - 12);
     svg += Words(30, outline.height - 8, outline.marks_label);
   }
   if (valued) {
     const double x = outline.width - 84.0, height = room_y - 40.0;
     for (int k = 0; k < 40; ++k) {
-      svg += Text("<rect x=\"%.1f\" y=\"%.1f\" width=\"14\" height=\"%.1f\" fill=\"%s\"/>\n", x, top + height * (1.0 - (k + 1) / 40.0),
+      svg += Printed("<rect x=\"%.1f\" y=\"%.1f\" width=\"14\" height=\"%.1f\" fill=\"%s\"/>\n", x, top + height * (1.0 - (k + 1) / 40.0),
                   height / 40.0 + 0.6, ValueColor((k + 0.5) / 40.0).c_str());
     }
     for (int k = 0; k <= 4; ++k) {
-      svg += Words(x + 19, top + height * (1.0 - k / 4.0) + 4.0, Text("%.3g", least + (most - least) * k / 4.0));
+      svg += Words(x + 19, top + height * (1.0 - k / 4.0) + 4.0, Printed("%.3g", least + (most - least) * k / 4.0));
     }
     svg += Words(outline.width - 6, top + height + 24.0, outline.value_label, "text-anchor=\"end\"");
   }

@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "core/base/error.h"
+#include "core/base/printed.h"
 
 namespace geond::reproduce {
 namespace {
@@ -50,7 +51,7 @@ const char* Name(Figure::Better better) {
 
 Json Number(const std::optional<double>& value) { return value && std::isfinite(*value) ? Json(*value) : Json(nullptr); }
 
-std::string Cell(const std::optional<double>& value) { return value ? Escaped(Text("%.4g", *value)) : "&ndash;"; }
+std::string Cell(const std::optional<double>& value) { return value ? Escaped(Printed("%.4g", *value)) : "&ndash;"; }
 
 std::string FiguresHtml(const Experiment& experiment) {
   std::string html =
@@ -59,7 +60,7 @@ std::string FiguresHtml(const Experiment& experiment) {
   for (const Figure& figure : experiment.figures) {
     std::string bar = "&ndash;";
     if (figure.has_bar()) {
-      bar = Text("<span class=\"%s\">%s %.4g: %s</span>", figure.bar_met() ? "met" : "missed",
+      bar = Printed("<span class=\"%s\">%s %.4g: %s</span>", figure.bar_met() ? "met" : "missed",
                  figure.better == Figure::Better::kMore ? "&ge;" : "&le;", *figure.bar, figure.bar_met() ? "met" : "missed");
     }
     html += "<tr><td>" + Escaped(figure.text) + (figure.unit.empty() ? "" : ", " + Escaped(figure.unit)) + "</td><td>" +
@@ -91,12 +92,12 @@ std::string ExperimentHtml(const Experiment& e) {
   for (const Plot& plot : e.plots) html += "<figure>" + ToSvg(plot) + "</figure>\n";
   for (const Outline& outline : e.outlines) html += "<figure>" + ToSvg(outline) + "</figure>\n";
   for (const Picture& picture : e.pictures) {
-    html += Text("<figure style=\"width:%dpx\"><img width=\"%d\" height=\"%d\" alt=\"", picture.image.columns, picture.image.columns, picture.image.rows) +
+    html += Printed("<figure style=\"width:%dpx\"><img width=\"%d\" height=\"%d\" alt=\"", picture.image.columns, picture.image.columns, picture.image.rows) +
             Escaped(picture.caption) + "\" src=\"data:image/png;base64," + Base64(EncodePng(picture.image)) +
             "\"><figcaption>" + Escaped(picture.caption) + "</figcaption></figure>\n";
   }
   return html + "<p class=\"judgement\">" + Escaped(e.judgement) + "</p>\n" +
-         Text("<p class=\"small\">%.1f s, <code>geon reproduce %s</code></p>\n", e.seconds, e.name.c_str());
+         Printed("<p class=\"small\">%.1f s, <code>geon reproduce %s</code></p>\n", e.seconds, e.name.c_str());
 }
 
 struct Bars {
@@ -157,13 +158,13 @@ std::string ReportHtml(const std::vector<Experiment>& experiments, bool quick) {
           "residuals cannot be compared with the printed ones, ratios and decisions can. Every number is made anew from fixed "
           "seeds.</p>\n";
   if (quick) html += "<p><b>A quick run: fewer objects and seeds than the full one.</b></p>\n";
-  html += Text("<p>Bars met: %d of %d.</p>\n<table><thead><tr><th>experiment</th><th>bars</th><th>seconds</th></tr></thead><tbody>\n",
+  html += Printed("<p>Bars met: %d of %d.</p>\n<table><thead><tr><th>experiment</th><th>bars</th><th>seconds</th></tr></thead><tbody>\n",
                bars.met, bars.all);
   for (const Experiment& e : experiments) {
     const Bars own = CountBars({e});
     html += "<tr><td><a href=\"#" + Escaped(e.name) + "\">" + Escaped(e.title) + "</a></td><td>" +
-            (own.all == 0 ? "&ndash;" : Text("<span class=\"%s\">%d of %d</span>", own.met == own.all ? "met" : "missed", own.met, own.all)) +
-            Text("</td><td>%.1f</td></tr>\n", e.seconds);
+            (own.all == 0 ? "&ndash;" : Printed("<span class=\"%s\">%d of %d</span>", own.met == own.all ? "met" : "missed", own.met, own.all)) +
+            Printed("</td><td>%.1f</td></tr>\n", e.seconds);
   }
   html += "</tbody></table>\n";
   for (const Experiment& e : experiments) html += ExperimentHtml(e);

@@ -5,6 +5,7 @@
 #include <map>
 #include <numeric>
 
+#include "core/base/printed.h"
 #include "core/picture/object_picture.h"
 #include "core/surface/tessellate.h"
 #include "daemon/reproduce/experiments.h"
@@ -163,10 +164,10 @@ Experiment SolidObjects(const Run& run) {
     right_today += cut.parts_today == n_true;
     right_repaired += cut.parts_repaired == n_true;
     e.figures.push_back({solid.name + "_seam", solid.name + ": density at the true seams over the mean", "", {}, seam, seam, Better::kLess, 0.1, 0, {}});
-    e.figures.push_back({solid.name + "_parts", Text("%s: parts (built from %d)", solid.name.c_str(), n_true), "", 1.0 * solid.printed_parts,
+    e.figures.push_back({solid.name + "_parts", Printed("%s: parts (built from %d)", solid.name.c_str(), n_true), "", 1.0 * solid.printed_parts,
                          1.0 * cut.parts_repaired, 1.0 * cut.parts_today, Better::kSame, 0, 0, {}});
     e.figures.push_back({solid.name + "_rand", solid.name + ": Rand index of the parts", "", {}, rand_repaired, rand_today, Better::kMore, 0, 0.02, {}});
-    e.pictures.push_back({Text("Fig. %s, %s: %zu triangles by charge density; parts today", solid.figure.c_str(), solid.name.c_str(), cut.mesh.triangles.size()),
+    e.pictures.push_back({Printed("Fig. %s, %s: %zu triangles by charge density; parts today", solid.figure.c_str(), solid.name.c_str(), cut.mesh.triangles.size()),
                           Show(cut, true, cut.today, run)});
     e.pictures.push_back({solid.name + ": parts traced by the thesis' algorithm, repaired", Show(cut, false, cut.repaired, run)});
     if (solid.name != "elephant") continue;
@@ -178,11 +179,11 @@ Experiment SolidObjects(const Run& run) {
       const int found = ProtrusionsAbove(cut, limit, kFirstProtrusion, labels);
       if (found > most) most = found, best_limit = limit, best_labels = labels;
     }
-    e.figures.push_back({"elephant_threshold", Text("elephant: protrusions found by the best threshold (%.1f times the median), of %d", best_limit, n_true - kFirstProtrusion),
+    e.figures.push_back({"elephant_threshold", Printed("elephant: protrusions found by the best threshold (%.1f times the median), of %d", best_limit, n_true - kFirstProtrusion),
                          "", 1.0 * (n_true - kFirstProtrusion), 1.0 * most, {}, Better::kMore, 0, 1, {}});
-    e.pictures.push_back({Text("Fig. 6.16 b: the elephant's triangles above %.1f times the median charge", best_limit), Show(cut, false, best_labels, run)});
+    e.pictures.push_back({Printed("Fig. 6.16 b: the elephant's triangles above %.1f times the median charge", best_limit), Show(cut, false, best_labels, run)});
   }
-  e.judgement = Text(
+  e.judgement = Printed(
       "Charge marks the seams as printed. Tracing, even with the repairs it needs to run, gives the right number of parts on %d of %zu "
       "objects; the default on %d.", right_repaired, solids.size(), right_today);
   return e;

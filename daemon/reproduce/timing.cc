@@ -3,6 +3,7 @@
 #include <cmath>
 #include <ctime>
 
+#include "core/base/printed.h"
 #include "daemon/reproduce/experiments.h"
 #include "daemon/reproduce/objects.h"
 #include "daemon/reproduce/scans.h"
@@ -58,14 +59,14 @@ Experiment Timing(const Run& run) {
   one.threads = 1;
   const double annealing = CpuSeconds(1, [&] { FitByAnnealing(cloud, {}, 1, one); });
   const double by_default = CpuSeconds(3, [&] { FitByDefault(cloud, one); });
-  e.figures = {{"charge_864", Text("charge on %.0f triangles", dense.x[0]), "CPU s", 80.0, dense_864, usual_864, Better::kFree, 0, 0, {}},
+  e.figures = {{"charge_864", Printed("charge on %.0f triangles", dense.x[0]), "CPU s", 80.0, dense_864, usual_864, Better::kFree, 0, 0, {}},
                {"fit", "one model fitted to one part", "CPU s", 180.0, annealing / 7.0, by_default / 7.0, Better::kFree, 0, 0, {}},
                {"fit_all", "all seven models", "CPU s", {}, annealing, by_default, Better::kFree, 0, 0, {}},
-               {"growth", Text("growth of the time of charge with triangles, exponent from %.0f to %.0f", dense.x[0], dense.x.back()), "", 2.0,
+               {"growth", Printed("growth of the time of charge with triangles, exponent from %.0f to %.0f", dense.x[0], dense.x.back()), "", 2.0,
                 std::log(dense.y.back() / dense.y[0]) / std::log(dense.x.back() / dense.x[0]),
                 std::log(usual.y.back() / usual.y[0]) / std::log(usual.x.back() / usual.x[0]), Better::kFree, 0, 0, {}}};
   e.plots = {{"Time of the charge over triangles", {"triangles", true}, {"processor seconds", true}, {dense, usual, thesis}}};
-  e.judgement = Text("80 s have become %.2f s for the same exact solve and %.2f s by default, three minutes for a model %.3f s; the thesis' O(N^2) is the "
+  e.judgement = Printed("80 s have become %.2f s for the same exact solve and %.2f s by default, three minutes for a model %.3f s; the thesis' O(N^2) is the "
                      "matrix alone: the exact solve's time grows by the power %.1f here, the default's by %.1f.", dense_864, usual_864, by_default / 7.0,
                      *e.figures[3].repaired, *e.figures[3].today);
   return e;

@@ -3,10 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <numbers>
 #include <stdexcept>
+
+#include "core/base/printed.h"
 
 namespace geond::daemon {
 namespace {
@@ -92,10 +93,8 @@ Contact FindContact(const PointCloud& surface_T, const Pose& X_TH, const Gripper
 std::string Reason(const Geon& geon, const Grasp& grasp) {
   const double down = -grasp.X_TH.matrix().col(2).z();
   const char* from = down > 0.85 ? "from above" : down > 0.3 ? "from obliquely above" : "from the side";
-  char text[200];
-  std::snprintf(text, sizeof text, "%s of %.0f mm between the fingers, %s, %.0f mm clear",
-                std::string(GeonTypeName(geon.type)).c_str(), 1e3 * grasp.opening, from, 1e3 * grasp.clearance);
-  return text;
+  return Printed("%s of %.0f mm between the fingers, %s, %.0f mm clear",
+                 std::string(GeonTypeName(geon.type)).c_str(), 1e3 * grasp.opening, from, 1e3 * grasp.clearance);
 }
 
 }  // namespace

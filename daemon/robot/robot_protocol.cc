@@ -4,25 +4,16 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdarg>
 #include <cstdio>
 #include <numbers>
 
+#include "core/base/printed.h"
 #include "daemon/robot/orientation.h"
 
 namespace geond::daemon {
 namespace {
 
 constexpr double kDegrees = 180.0 / std::numbers::pi;
-
-[[gnu::format(printf, 1, 2)]] std::string Print(const char* format, ...) {
-  char text[512];
-  va_list arguments;
-  va_start(arguments, format);
-  std::vsnprintf(text, sizeof text, format, arguments);
-  va_end(arguments);
-  return text;
-}
 
 // A number that fits its columns whatever it is: controllers read neither "nan" nor "inf", and "-0.000" confuses people.
 double Tame(double value, double limit, double least) {
@@ -53,7 +44,7 @@ std::string Ur(const RobotRecord& record) {
   Eigen::Vector3d p = 1e-3 * f.position_mm, v = ToRotationVector(record.X_RG.rotation());
   for (int i = 0; i < 3; ++i) v[i] = Tame(v[i], 10.0, 5e-8);
   const Eigen::Vector3d size = 1e-3 * f.size_mm;
-  return Print("(%d,%d,%d,%.7f,%.7f,%.7f,%.7f,%.7f,%.7f,%.5f,%.5f,%.5f,%.3f,%.4f,%.3f,%.1f)", f.status, f.type, f.remaining,
+  return Printed("(%d,%d,%d,%.7f,%.7f,%.7f,%.7f,%.7f,%.7f,%.5f,%.5f,%.5f,%.3f,%.4f,%.3f,%.1f)", f.status, f.type, f.remaining,
                p.x(), p.y(), p.z(), v.x(), v.y(), v.z(), size.x(), size.y(), size.z(), f.taper, 1e3 * f.bend_per_mm,
                f.confidence, f.age);
 }
@@ -64,13 +55,13 @@ std::string AbbPose(const RobotRecord& record) {
   if (q.w() < 0) q.coeffs() = -q.coeffs();
   std::array<double, 4> parts = {q.w(), q.x(), q.y(), q.z()};
   for (double& part : parts) part = Tame(part, 1.0, 5e-8);
-  return Print("[[%.3f,%.3f,%.3f],[%.7f,%.7f,%.7f,%.7f]]", f.position_mm.x(), f.position_mm.y(), f.position_mm.z(), parts[0],
+  return Printed("[[%.3f,%.3f,%.3f],[%.7f,%.7f,%.7f,%.7f]]", f.position_mm.x(), f.position_mm.y(), f.position_mm.z(), parts[0],
                parts[1], parts[2], parts[3]);
 }
 
 std::string AbbRecord(const RobotRecord& record) {
   const Fields f = FieldsOf(record);
-  return Print("[%d,%d,%d,%.2f,%.2f,%.2f,%.3f,%.5f,%.2f,%.0f,%d]", f.status, f.type, f.remaining, f.size_mm.x(), f.size_mm.y(),
+  return Printed("[%d,%d,%d,%.2f,%.2f,%.2f,%.3f,%.5f,%.2f,%.0f,%d]", f.status, f.type, f.remaining, f.size_mm.x(), f.size_mm.y(),
                f.size_mm.z(), f.taper, f.bend_per_mm, f.confidence, f.age, f.scan);
 }
 
@@ -78,22 +69,22 @@ std::string Kuka(const RobotRecord& record) {
   const Fields f = FieldsOf(record);
   Eigen::Vector3d abc = kDegrees * ToYawPitchRoll(record.X_RG.rotation());
   for (int i = 0; i < 3; ++i) abc[i] = Tame(abc[i], 360.0, 5e-6);
-  return Print("<Geon Status=\"%d\" Type=\"%d\" Remaining=\"%d\" Scan=\"%d\">", f.status, f.type, f.remaining, f.scan) +
-         Print("<Pose X=\"%.4f\" Y=\"%.4f\" Z=\"%.4f\" A=\"%.6f\" B=\"%.6f\" C=\"%.6f\"/>", f.position_mm.x(),
+  return Printed("<Geon Status=\"%d\" Type=\"%d\" Remaining=\"%d\" Scan=\"%d\">", f.status, f.type, f.remaining, f.scan) +
+         Printed("<Pose X=\"%.4f\" Y=\"%.4f\" Z=\"%.4f\" A=\"%.6f\" B=\"%.6f\" C=\"%.6f\"/>", f.position_mm.x(),
                f.position_mm.y(), f.position_mm.z(), abc[0], abc[1], abc[2]) +
-         Print("<Size A=\"%.3f\" B=\"%.3f\" C=\"%.3f\" Taper=\"%.4f\" Bend=\"%.6f\"/>", f.size_mm.x(), f.size_mm.y(),
+         Printed("<Size A=\"%.3f\" B=\"%.3f\" C=\"%.3f\" Taper=\"%.4f\" Bend=\"%.6f\"/>", f.size_mm.x(), f.size_mm.y(),
                f.size_mm.z(), f.taper, f.bend_per_mm) +
-         Print("<Trust Confidence=\"%.3f\" Age=\"%.1f\"/></Geon>", f.confidence, f.age);
+         Printed("<Trust Confidence=\"%.3f\" Age=\"%.1f\"/></Geon>", f.confidence, f.age);
 }
 
 std::string Fanuc(const RobotRecord& record) {
   const Fields f = FieldsOf(record);
   Eigen::Vector3d rpw = kDegrees * ToYawPitchRoll(record.X_RG.rotation());
   for (int i = 0; i < 3; ++i) rpw[i] = Tame(rpw[i], 360.0, 5e-6);
-  return Print("%11d%11d%11d", f.status, f.type, f.remaining) +
-         Print("%11.4f%11.4f%11.4f%11.6f%11.6f%11.6f", f.position_mm.x(), f.position_mm.y(), f.position_mm.z(), rpw[2], rpw[1],
+  return Printed("%11d%11d%11d", f.status, f.type, f.remaining) +
+         Printed("%11.4f%11.4f%11.4f%11.6f%11.6f%11.6f", f.position_mm.x(), f.position_mm.y(), f.position_mm.z(), rpw[2], rpw[1],
                rpw[0]) +
-         Print("%11.3f%11.3f%11.3f%11.4f%11.6f%11.3f%11.1f%11d", f.size_mm.x(), f.size_mm.y(), f.size_mm.z(), f.taper,
+         Printed("%11.3f%11.3f%11.3f%11.4f%11.6f%11.3f%11.1f%11d", f.size_mm.x(), f.size_mm.y(), f.size_mm.z(), f.taper,
                f.bend_per_mm, f.confidence, f.age, f.scan);
 }
 
@@ -101,9 +92,9 @@ std::string Plain(const RobotRecord& record) {
   const Fields f = FieldsOf(record);
   Eigen::Quaterniond q = record.X_RG.rotation().normalized();
   if (q.w() < 0) q.coeffs() = -q.coeffs();
-  return Print("%d %d %d %.4f %.4f %.4f %.8f %.8f %.8f %.8f", f.status, f.type, f.remaining, f.position_mm.x(),
+  return Printed("%d %d %d %.4f %.4f %.4f %.8f %.8f %.8f %.8f", f.status, f.type, f.remaining, f.position_mm.x(),
                f.position_mm.y(), f.position_mm.z(), q.w(), q.x(), q.y(), q.z()) +
-         Print(" %.3f %.3f %.3f %.4f %.6f %.3f %.1f %d", f.size_mm.x(), f.size_mm.y(), f.size_mm.z(), f.taper, f.bend_per_mm,
+         Printed(" %.3f %.3f %.3f %.4f %.6f %.3f %.1f %d", f.size_mm.x(), f.size_mm.y(), f.size_mm.z(), f.taper, f.bend_per_mm,
                f.confidence, f.age, f.scan);
 }
 
