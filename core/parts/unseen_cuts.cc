@@ -12,6 +12,7 @@ namespace {
 constexpr int kReach = 2;                 // triangles: the surface this near to seen ones is known well enough
 constexpr double kLeastSeenOfCut = 0.6;   // of a boundary's length, or its parts are joined
 constexpr double kLeastSeenOfPart = 0.3;  // of a part's area, or it joins a neighbour
+constexpr double kWellSeen = 0.8;         // of the surface: where less was seen at all, less of a cut has to be
 
 std::vector<std::uint8_t> Widened(const SurfaceGraph& surface, std::vector<std::uint8_t> seen) {
   for (int step = 0; step < kReach; ++step) {
@@ -46,12 +47,20 @@ std::map<std::pair<int, int>, Cut> Cuts(const SurfaceGraph& surface, const std::
   return cuts;
 }
 
-// The pair of parts to join next, or none.
+// 1 for a surface seen all round; half of it was seen of what one view shows.
+double ShareExpected(const SurfaceGraph& surface, const std::vector<std::uint8_t>& seen) {
+  double area = 0.0;
+  for (int t = 0; t < surface.n(); ++t) area += seen[t] ? surface.areas[t] : 0.0;
+  return std::min(1.0, area / (kWellSeen * surface.area));
+}
+
+// The pair of parts to join next, or none; `expected`: of ShareExpected.
 std::pair<int, int> NextJoin(const SurfaceGraph& surface, const std::vector<std::uint8_t>& seen,
-                             const std::vector<std::uint8_t>& near_seen, const std::vector<int>& labels) {
+                             const std::vector<std::uint8_t>& near_seen, const std::vector<int>& labels,
+                             double expected) {
   const std::map<std::pair<int, int>, Cut> cuts = Cuts(surface, near_seen, labels);
   std::pair<int, int> worst{-1, -1};
-  double least = kLeastSeenOfCut;
+  double least = kLeastSeenOfCut * expected;
   for (const auto& [pair, cut] : cuts) {
     if (cut.seen < least * cut.length) {
       least = cut.seen / cut.length;
@@ -69,7 +78,7 @@ std::pair<int, int> NextJoin(const SurfaceGraph& surface, const std::vector<std:
   for (const auto& [pair, cut] : cuts) {
     for (int part : {pair.first, pair.second}) {
       const auto& [all, seen_area] = areas[part];
-      if (seen_area < kLeastSeenOfPart * all && cut.length > longest) {
+      if (seen_area < kLeastSeenOfPart * expected * all && cut.length > longest) {
         longest = cut.length;
         worst = pair;
       }
@@ -82,8 +91,9 @@ std::pair<int, int> NextJoin(const SurfaceGraph& surface, const std::vector<std:
 
 void JoinOverUnseen(const SurfaceGraph& surface, const std::vector<std::uint8_t>& seen, std::vector<int>& labels) {
   const std::vector<std::uint8_t> near_seen = Widened(surface, seen);
+  const double expected = ShareExpected(surface, seen);
   for (;;) {
-    const auto [keep, join] = NextJoin(surface, seen, near_seen, labels);
+    const auto [keep, join] = NextJoin(surface, seen, near_seen, labels, expected);
     if (keep < 0) return;
     std::replace(labels.begin(), labels.end(), join, keep);
   }
