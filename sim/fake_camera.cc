@@ -113,7 +113,7 @@ void FakeCamera::Acknowledge(std::uint16_t status, std::uint16_t command, std::u
   packet.insert(packet.end(), data.begin(), data.end());
   if (TakeOne(faults_.stale_acknowledges) && !last_acknowledge_.empty()) acknowledges_.push_back(last_acknowledge_);
   last_acknowledge_ = packet;
-  if (TakeOne(faults_.short_acknowledges)) packet.resize(packet.size() - 2);
+  if (TakeOne(faults_.short_acknowledges)) packet.erase(packet.end() - 2, packet.end());
   acknowledges_.push_back(std::move(packet));
 }
 
