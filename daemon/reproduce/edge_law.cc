@@ -132,7 +132,7 @@ Experiment EdgeLaw(const Run& run) {
       "measured over the distance eta from the edge; its exponent is fitted over a factor 8 of distance (3 in notches), where the "
       "next term of the theory is below 1 %. beta is the angle of the free space. Repaired: exact dense solve; today: the default solver.";
   const double even = run.quick ? 0.2 : 0.1, ratio = run.quick ? 1.6 : 1.4;
-  const int rings = run.quick ? 16 : 24;
+  const int rings = run.quick ? 24 : 32;
   const std::vector<int> angles = run.quick ? std::vector<int>{60, 120, 180, 270, 300}
                                             : std::vector<int>{60, 90, 120, 150, 180, 210, 240, 270, 300};
   Plot density{"Charge density over distance from the edge (relative to that at 0.1)", {"distance from the edge eta, radii", true},
