@@ -5,8 +5,7 @@
 
 #include "core/base/error.h"
 #include "daemon/calibration_store.h"
-#include "daemon/service.h"
-#include "tests/daemon/small_station.h"
+#include "tests/daemon/served_test.h"
 
 namespace geond::daemon {
 namespace {
@@ -56,60 +55,22 @@ TEST(CalibrationStore, CountsPlacementsAndRemembersWhichIsInForce) {
 }
 
 // A simulated station whose axis and sensor are not as configured, asked as a client asks.
-class CalibrationTest : public testing::Test {
+class CalibrationTest : public ServedTest {
  protected:
-  CalibrationTest() {
+  CalibrationTest() : ServedTest(World()) { Open(); }
+
+  static std::shared_ptr<sim::SimStation> World() {
     sim::StationOptions options;
     options.assumed = sim::MakeStation(0.450, 0.489, 0.045, 128, 128, 0.20);
     options.axis_error = {1.0 * kDegree, 0.7, 0.003, -0.002};
     options.sensor_error.depth_scale = -0.004;
     options.threads = 1;
-    world_ = std::make_shared<sim::SimStation>(SmallWorld()->scene(), options);
-    Open();
+    return std::make_shared<sim::SimStation>(Egg(), options);
   }
-  ~CalibrationTest() override { Close(); }
-
   void Open() {
-    io_ = std::make_unique<WorkThread>();
-    OnIo([this] {
-      Config config;
-      config.store_folder = (folder_.path() / "store").string();
-      config.scan_triangles = 300;
-      config.scan_picture = false;
-      config.scan_threads = 1;
-      service_ = std::make_unique<Service>(config, SmallStation(world_),
-                                           [this](std::function<void()> task) { io_->Post(std::move(task)); });
-      client_ = std::make_unique<Client>();
-      client_->send = [this](const std::string& line) {
-        const Json event = Json::parse(line)["params"];
-        if (event["event"] == "scan" && event["state"] != "running") ended_.set_value(event);
-      };
-      service_->AddClient(client_.get());
+    ServedTest::Open(SmallConfig(Config{}.scan_views), [this](const Json& event) {
+      if (event["event"] == "scan" && event["state"] != "running") ended_.set_value(event);
     });
-    Call("events.subscribe");
-  }
-  void Close() {
-    OnIo([this] { service_.reset(); });
-    io_.reset();
-  }
-  template <typename Task>
-  void OnIo(const Task& task) {
-    std::promise<void> done;
-    io_->Post([&] { task(), done.set_value(); });
-    done.get_future().wait();
-  }
-  Json Ask(const std::string& method, const Json& params = Json::object()) {
-    std::promise<Json> answer;
-    io_->Post([&] {
-      service_->methods().Handle(Json{{"jsonrpc", "2.0"}, {"id", 1}, {"method", method}, {"params", params}}.dump(), *client_,
-                                 [&](const std::string& text) { answer.set_value(Json::parse(text)); });
-    });
-    return answer.get_future().get();
-  }
-  Json Call(const std::string& method, const Json& params = Json::object()) {
-    const Json response = Ask(method, params);
-    EXPECT_TRUE(response.contains("result")) << response.dump();
-    return response.contains("result") ? response["result"] : Json();
   }
   // Puts a sphere on the simulated table: diameter and place in mm.
   void PutSphere(double diameter, double x, double y, double lift) {
@@ -130,11 +91,6 @@ class CalibrationTest : public testing::Test {
     return Call("calibration.solve", {{"calibration", number}});
   }
 
-  TemporaryFolder folder_;
-  std::shared_ptr<sim::SimStation> world_;
-  std::unique_ptr<WorkThread> io_;
-  std::unique_ptr<Service> service_;
-  std::unique_ptr<Client> client_;
   std::promise<Json> ended_;
 };
 

@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/daemon/small_station.h"
+#include "tests/daemon/served_test.h"
 
 namespace geond::daemon {
 namespace {
@@ -15,61 +15,12 @@ namespace {
 using sim::Device;
 using sim::Fault;
 
-Config SmallConfig(const TemporaryFolder& folder) {
-  Config config;
-  config.store_folder = (folder.path() / "store").string();
-  config.scan_views = 4;
-  config.scan_triangles = 300;
-  config.scan_picture = false;
-  config.scan_threads = 1;
-  return config;
-}
-
-// A service with an I/O thread of its own, asked as a client asks.
-class ServiceTest : public testing::Test {
+class ServiceTest : public ServedTest {
  protected:
-  ServiceTest() : world_(SmallWorld()) { Open(); }
-  ~ServiceTest() override { Close(); }
+  ServiceTest() : ServedTest(SmallWorld()) { Open(); }
 
   void Open() {
-    io_ = std::make_unique<WorkThread>();
-    OnIo([this] {
-      service_ = std::make_unique<Service>(SmallConfig(folder_), SmallStation(world_),
-                                           [this](std::function<void()> task) { io_->Post(std::move(task)); });
-      client_ = std::make_unique<Client>();
-      client_->send = [this](const std::string& line) { OnEvent(Json::parse(line)["params"]); };
-      service_->AddClient(client_.get());
-    });
-    Call("events.subscribe");
-  }
-  void Close() {
-    OnIo([this] { service_.reset(); });
-    io_.reset();
-  }
-
-  template <typename Task>
-  void OnIo(const Task& task) {
-    std::promise<void> done;
-    io_->Post([&] {
-      task();
-      done.set_value();
-    });
-    done.get_future().wait();
-  }
-
-  // The whole response to a request.
-  Json Ask(const std::string& method, const Json& params = Json::object()) {
-    std::promise<Json> answer;
-    io_->Post([&] {
-      service_->methods().Handle(Json{{"jsonrpc", "2.0"}, {"id", 1}, {"method", method}, {"params", params}}.dump(), *client_,
-                                 [&](const std::string& text) { answer.set_value(Json::parse(text)); });
-    });
-    return answer.get_future().get();
-  }
-  Json Call(const std::string& method, const Json& params = Json::object()) {
-    const Json response = Ask(method, params);
-    EXPECT_TRUE(response.contains("result")) << response.dump();
-    return response.contains("result") ? response["result"] : Json();
+    ServedTest::Open(SmallConfig(4), [this](const Json& event) { OnEvent(event); });
   }
   std::string ErrorName(const std::string& method, const Json& params = Json::object()) {
     const Json response = Ask(method, params);
@@ -102,11 +53,6 @@ class ServiceTest : public testing::Test {
                       [](const Json& event) { return event["event"] == "scan" && event["state"] != "running"; });
   }
 
-  TemporaryFolder folder_;
-  std::shared_ptr<sim::SimStation> world_;
-  std::unique_ptr<WorkThread> io_;
-  std::unique_ptr<Service> service_;
-  std::unique_ptr<Client> client_;
   std::vector<Json> events_;
   std::function<void(const Json&)> on_event_;
   std::function<bool(const Json&)> wanted_;
@@ -129,7 +75,7 @@ TEST_F(ServiceTest, AScanGoesFromRequestToDescription) {
   for (const char* file : {"scan.json", "cloud.ply", "mesh.ply", "description.json", "journal.json"}) {
     EXPECT_TRUE(std::filesystem::exists(folder_.path() / "store/000001" / file)) << file;
   }
-  EXPECT_FALSE(std::filesystem::exists(folder_.path() / "store/scans/000001/view_000.exposure"));
+  EXPECT_FALSE(std::filesystem::exists(folder_.path() / "store/000001/view_000.exposure"));
 
   // Views come in order, each once, and steps in the order of the line.
   std::vector<int> views;
@@ -279,7 +225,7 @@ TEST_F(ServiceTest, OldScansGoUnlessPinnedOrTheClockWasSet) {
     OnIo([&] { service_->KeepHouse(now + wall, steady + real); });
     return Call("store.status")["scans"];
   };
-  Config config = SmallConfig(folder_);
+  Config config = SmallConfig(4);
   config.store_max_age_days = 2;
   OnIo([&] { service_->Reload(config); });
   EXPECT_EQ(keep_house(0h, 0h), 3);

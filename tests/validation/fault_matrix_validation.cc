@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <functional>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "tests/support/fault_run.h"
@@ -76,31 +77,35 @@ Cell DriveCell(const std::string& name, WireFault fault, int exception, const st
 std::vector<Cell> Items() {
   using Faults = sim::FakeCameraFaults;
   const auto nothing = [](HardwareRig&) {};
-  std::vector<Cell> cells = {
-      CameraCell("acknowledge lost", &Faults::lost_acknowledges, 2, "mended"),
-      CameraCell("acknowledge of another command", &Faults::stale_acknowledges, 2, "mended"),
-      CameraCell("acknowledge without magic", &Faults::broken_acknowledges, 2, "mended"),
-      CameraCell("acknowledge cut short", &Faults::short_acknowledges, 2, "mended"),
-      CameraCell("still working", &Faults::pending_acknowledges, 2, "mended"),
-      CameraCell("busy", &Faults::busy_answers, 2, "mended"),
-      CameraCell("control stall", &Faults::control_stalls, 1, "mended"),
-      CameraCell("stream stall", &Faults::stream_stalls, 1, "mended"),
-      CameraCell("stream stalls for good", &Faults::stream_stalls, 1000, "stalled"),
-      CameraCell("leader without magic", &Faults::bad_leaders, 1, "magic"),
-      CameraCell("short frame", &Faults::short_payloads, 1, "bytes"),
-      CameraCell("overrun trailer", &Faults::overrun_trailers, 1, "overrun"),
-      CameraCell("trailer of another block", &Faults::wrong_blocks, 1, "block"),
-      {"camera: unplugged in mid-transfer",
-       [](HardwareRig& rig) {
-         sim::FakeCameraFaults faults;
-         faults.frame_delay = std::chrono::milliseconds(800);
-         rig.bench().camera()->SetFaults(faults);
-         while (rig.bench().table_turns()) usleep(500);
-         usleep(100'000);  // an image is on its way
-         rig.bench().SetFault(Device::kRangefinder, Fault::kOff);
-       },
-       [](HardwareRig& rig) { rig.bench().SetFault(Device::kRangefinder, Fault::kNone); }, "unplugged", false},
+  // "mended": each costs a repeat and no more.
+  const std::tuple<const char*, int Faults::*, int, const char*> camera_faults[] = {
+      {"acknowledge lost", &Faults::lost_acknowledges, 2, "mended"},
+      {"acknowledge of another command", &Faults::stale_acknowledges, 2, "mended"},
+      {"acknowledge without magic", &Faults::broken_acknowledges, 2, "mended"},
+      {"acknowledge cut short", &Faults::short_acknowledges, 2, "mended"},
+      {"still working", &Faults::pending_acknowledges, 2, "mended"},
+      {"busy", &Faults::busy_answers, 2, "mended"},
+      {"control stall", &Faults::control_stalls, 1, "mended"},
+      {"stream stall", &Faults::stream_stalls, 1, "mended"},
+      {"stream stalls for good", &Faults::stream_stalls, 1000, "stalled"},
+      {"leader without magic", &Faults::bad_leaders, 1, "magic"},
+      {"short frame", &Faults::short_payloads, 1, "bytes"},
+      {"overrun trailer", &Faults::overrun_trailers, 1, "overrun"},
+      {"trailer of another block", &Faults::wrong_blocks, 1, "block"},
   };
+  std::vector<Cell> cells;
+  for (const auto& [name, fault, times, words] : camera_faults) cells.push_back(CameraCell(name, fault, times, words));
+  cells.push_back({"camera: unplugged in mid-transfer",
+                   [](HardwareRig& rig) {
+                     sim::FakeCameraFaults faults;
+                     faults.frame_delay = std::chrono::milliseconds(800);
+                     rig.bench().camera()->SetFaults(faults);
+                     while (rig.bench().table_turns()) usleep(500);
+                     usleep(100'000);  // an image is on its way
+                     rig.bench().SetFault(Device::kRangefinder, Fault::kOff);
+                   },
+                   [](HardwareRig& rig) { rig.bench().SetFault(Device::kRangefinder, Fault::kNone); }, "unplugged",
+                   false});
   for (const int code : {1, 2, 3, 4, 5, 6, 11}) {
     cells.push_back(DriveCell("exception " + std::to_string(code), WireFault::kWrong, code, "turntable"));
   }

@@ -25,21 +25,6 @@ void Say(const std::string& line) {
   if (write(STDOUT_FILENO, whole.data(), whole.size()) < 0) _exit(3);
 }
 
-std::shared_ptr<sim::SimStation> NoiselessWorld() {
-  sim::Scene scene;
-  scene.name = "egg";
-  Geon egg;
-  egg.type = GeonType::kEllipsoid;
-  egg.size = {0.030, 0.030, 0.045};
-  egg.X_TG = Pose::Translation({0.0, 0.0, 0.045});
-  scene.parts.push_back({"egg", egg});
-  sim::StationOptions options;
-  options.assumed = sim::MakeStation(0.450, 0.489, 0.045, 40, 40, 0.16, 0.0);
-  options.camera = sim::CameraOptions::Perfect();
-  options.turntable.angle_noise = options.turntable.angle_resolution = options.turntable.backlash = 0.0;
-  return std::make_shared<sim::SimStation>(scene, options);
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -67,14 +52,14 @@ int main(int argc, char** argv) {
   };
   const auto ask = [&](const std::string& method, const Json& params) {
     Json answer;
-    service->methods().Handle(Json{{"jsonrpc", "2.0"}, {"id", 1}, {"method", method}, {"params", params}}.dump(),
-                              client, [&](const std::string& text) { answer = Json::parse(text); });
+    service->methods().Handle(Request(method, params), client,
+                              [&](const std::string& text) { answer = Json::parse(text); });
     return answer;
   };
   std::promise<int> begun;
   io.Post([&] {
     try {
-      const auto world = NoiselessWorld();
+      const auto world = NoiselessWorld(40);
       service = std::make_unique<Service>(config, SmallStation(world),
                                           [&](std::function<void()> task) { io.Post(std::move(task)); });
     } catch (const std::exception& error) {
