@@ -42,7 +42,7 @@ bool ResetAndScan(HardwareRig& rig) {
 }  // namespace
 
 void MeasureOff(sim::FakeBench& bench, Clock::time_point begin, FaultOutcome& outcome) {
-  const Clock::time_point give_up = Clock::now() + milliseconds(1500);
+  const Clock::time_point give_up = Clock::now() + milliseconds(5000);
   while ((bench.laser_shines() || bench.table_turns()) && Clock::now() < give_up)
     std::this_thread::sleep_for(milliseconds(1));
   outcome.to_dark = bench.laser_shines() ? kNever : 0.0;

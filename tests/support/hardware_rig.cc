@@ -45,6 +45,15 @@ HardwareRig::~HardwareRig() {
 }
 
 void HardwareRig::WriteFiles(const Options& options) {
+  std::ostringstream profile;
+  profile << std::ifstream(std::string(GEOND_SOURCE_DIR) + "/config/drives/oriental_blv_r.toml").rdbuf();
+  std::string drive = profile.str();
+  for (const std::string limit : {"lifetime_ms = 500", "value_ms = 500"}) {
+    const std::size_t at = drive.find(limit);
+    if (at == std::string::npos) throw std::runtime_error("the drive's profile has no " + limit);
+    if (options.patient) drive.replace(at + limit.size() - 3, 3, "3000");
+  }
+  std::ofstream(folder_ / "drive.toml") << drive;
   const std::string size = std::to_string(options.pixels);
   std::ofstream(folder_ / "sim.toml")
       << "scene = \"" << GEOND_SOURCE_DIR << "/config/scenes/bowling_pin.toml\"\nthreads = 1\n"
@@ -56,12 +65,12 @@ void HardwareRig::WriteFiles(const Options& options) {
   calib::WriteCalibration(calibration, folder_ / "calibration.json");
   std::ofstream(folder_ / "geond.toml")
       << "[station]\nkind = \"" << (hardware_ ? "hardware" : "simulated") << "\"\nsimulation = \"sim.toml\"\n"
-      << "calibration = \"calibration.json\"\nframe_timeout_ms = 1000\n"
+      << "calibration = \"calibration.json\"\nframe_timeout_ms = " << (options.patient ? 3000 : 1000) << "\n"
       << "[scan]\ntriangles = 1000\npicture = false\nthreads = 1\n"
       << "[api]\nunix_socket = \"" << (folder_ / "socket").string() << "\"\nport = 0\n"
       << "[http]\nport = -1\n[robot]\nport = -1\n[store]\nfolder = \"store\"\n"
       << "[rangefinder]\nidentity = \"FC0001\"\npixel_format = \"Coord3D_C32f\"\n"
-      << "[turntable]\nprofile = \"" << GEOND_SOURCE_DIR << "/config/drives/oriental_blv_r.toml\"\n"
+      << "[turntable]\nprofile = \"" << (folder_ / "drive.toml").string() << "\"\nresponse_ms = " << (options.patient ? 1200 : 50) << "\n"
       << "serial = \"" << (folder_ / "drive").string() << "\"\nspeed_deg_per_s = " << options.table_speed
       << "\nparity = \"none\"\nacceleration_deg_per_s2 = 3600\nsettle_ms = 10\n"
       << "[lines]\nchip = \"/dev/gpiochip90\"\nlaser = \"LASER\"\nmotor = \"MOTOR\"\nlamp = \"LAMP\"\n"

@@ -31,6 +31,7 @@ class HardwareRig {
     int pixels = 96;                         // columns and rows of an image
     double table_speed = 180;                // degrees a second
     int drive_baud = 230400;                 // of the fake drive; geond takes the profile's
+    bool patient = false;                    // limits that a sound device keeps are seconds, as if this machine were slow
     std::vector<std::string> settings = {};  // further "table.key=value" for geond
   };
   explicit HardwareRig(const Options& options);

