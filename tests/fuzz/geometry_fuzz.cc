@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Any bytes as a mesh or cloud file: read into a sound mesh, or refused by a FileError. The first byte chooses the ending.
+// Any bytes as a mesh or cloud file: read into a sound mesh, or refused by a FileError. The first byte chooses the
+// ending.
 #include <cstdint>
 #include <cstdlib>
 #include <string_view>
