@@ -68,8 +68,8 @@ void AddServiceCommands(CLI::App& app, ChosenCommand& chosen) {
   Add(app, chosen, "scans", "The scans that geond keeps", &Scans);
   const auto objects = Add(app, chosen, "objects", "The objects it has described", &Objects);
   app.get_subcommand("objects")->add_option("SCAN", objects->scan, "One of them in full");
-  const auto number = [&app](const char* name, int& scan) {
-    app.get_subcommand(name)->add_option("SCAN", scan, "Number of the scan")->required()->check(CLI::Range(1, 1000000000));
+  const auto number = [&app](const char* name, int& given) {
+    app.get_subcommand(name)->add_option("SCAN", given, "Number of the scan")->required()->check(CLI::Range(1, 1000000000));
   };
   const auto exported = Add(app, chosen, "export", "Fetch a whole scan as a zip archive", &Export);
   number("export", exported->scan);

@@ -43,8 +43,12 @@ TEST(EmptyPlaces, LieBeforeAndBesideTheObjectAndNotBehindIt) {
   for (const Eigen::Vector3d& p : places) {
     EXPECT_GT(p.norm(), 0.02);
     const double across = std::hypot(p.x(), p.y());
-    if (across < 0.019) EXPECT_LT(p.z(), 0.0) << "behind the ball nothing is known";
-    if (across > 0.02) EXPECT_FALSE(p.x() > 0.001 && p.y() > 0.001) << "nor where the sensor got no return";
+    if (across < 0.019) {
+      EXPECT_LT(p.z(), 0.0) << "behind the ball nothing is known";
+    }
+    if (across > 0.02) {
+      EXPECT_FALSE(p.x() > 0.001 && p.y() > 0.001) << "nor where the sensor got no return";
+    }
     before += across < 0.019;
     beside += across > 0.02;
   }

@@ -118,7 +118,9 @@ TEST_F(LimitsTest, AClientThatReadsNothingIsDroppedAtItsLimitAndNobodyElseNotice
             "\n";
   int asked = 0;
   while (send(slow, many.data(), many.size(), MSG_NOSIGNAL) > 0) {
-    if (++asked % 4 == 0) EXPECT_EQ(reader.Call("station.status")["state"], "idle");
+    if (++asked % 4 == 0) {
+      EXPECT_EQ(reader.Call("station.status")["state"], "idle");
+    }
   }
   while (Metric("geond_refused_total{why=\"slow_reader\"}") != 1.0) {
   }

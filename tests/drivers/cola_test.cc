@@ -84,7 +84,9 @@ TEST(Cola, LinesRoundTripInBothProtocols) {
     ASSERT_EQ(again->range.size(), line.range.size());
     for (std::size_t i = 0; i < line.range.size(); ++i) {
       EXPECT_EQ(std::isnan(again->range[i]), std::isnan(line.range[i]));
-      if (!std::isnan(line.range[i])) EXPECT_NEAR(again->range[i], line.range[i], 1e-6);
+      if (!std::isnan(line.range[i])) {
+        EXPECT_NEAR(again->range[i], line.range[i], 1e-6);
+      }
     }
   }
 }

@@ -36,7 +36,9 @@ TEST(FindConvexFeatures, FindsFeetHeadAndTailOfAnAnimal) {
     parts.insert(c.labels[feature.triangles[feature.triangles.size() / 2]]);
     EXPECT_GE(feature.strength, 2.0);
     EXPECT_NEAR(feature.direction.norm(), 1.0, 1e-9);
-    if (feature.kind == Kind::kTip) EXPECT_GT(feature.direction.dot(feature.position - middle), 0.0);
+    if (feature.kind == Kind::kTip) {
+      EXPECT_GT(feature.direction.dot(feature.position - middle), 0.0);
+    }
   }
   EXPECT_GE(parts.size(), 5u);
   for (std::size_t i = 1; i < features.size(); ++i) EXPECT_LE(features[i].strength, features[i - 1].strength);

@@ -70,7 +70,7 @@ TEST_P(FiguresTest, AreNoWorseThanRecorded) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Thesis, FiguresTest, testing::ValuesIn(Experiments().begin(), Experiments().end()),
-                         [](const auto& info) { return std::string(info.param.name); });
+                         [](const auto& test) { return std::string(test.param.name); });
 
 TEST(IsWorse, FollowsTheDirectionOfTheFigure) {
   Figure figure;
