@@ -45,6 +45,7 @@ void Stored(const std::string& text) {
 // An archive that somebody wants taken in.
 void Archive(const std::string& text) {
   Write(Folder() / "archive.zip", text);
+  std::filesystem::remove_all(Folder() / "import");
   try {
     ReadScanArchive(Folder() / "archive.zip", Folder() / "import", {1 << 20, 16});
   } catch (const FileError&) {
