@@ -94,6 +94,12 @@ bool SuitsChargeSolve(const TriangleMesh& mesh) {
   return n >= kFewestTriangles && n <= kMostTriangles && MinAngle(mesh) >= kLeastAngle;
 }
 
+// So that the mesh of one view has some ten thousand triangles on its seen side, whatever the camera's pixels.
+int StepOfPixels(const PointCloud& cloud) {
+  constexpr double kMostPixels = 10000.0;
+  return std::max(1, static_cast<int>(std::ceil(std::sqrt(static_cast<double>(cloud.size()) / kMostPixels))));
+}
+
 void Finish(ObjectModel& model, Steps& step, const std::vector<std::string>& notes) {
   model.description.seconds = step.Seconds();
   model.description.notes.insert(model.description.notes.begin(), notes.begin(), notes.end());
@@ -108,7 +114,7 @@ ObjectModel BuildObjectModel(std::span<const RangeView> views, const ModelOption
   step("integrate");
   model.cloud = IntegrateViews(views, options.integrate, stop);
   step("tessellate");
-  model.mesh = views.size() == 1 ? Transform(views[0].X_TS, TessellateView(views[0]))
+  model.mesh = views.size() == 1 ? Transform(views[0].X_TS, TessellateView(views[0], {.step = StepOfPixels(model.cloud)}))
                                  : Tessellate(views, model.cloud, options.tessellate, stop);
   const bool on_table = options.tessellate.close_on_table;
   DescribeSurface(model, options, [&](const PointCloud& part) { return EmptyPlaces(views, on_table, part); }, step);
