@@ -54,7 +54,7 @@ Cut CutSolid(const Solid& solid, int triangles, const Run& run) {
     settings.elevation = 0.25;
     const RangeView view = ScanViews(solid.scene, settings, run).front();
     ViewMeshOptions options;
-    options.step = run.quick ? 2 : 4;
+    options.step = run.quick ? 2 : 3;
     closed = Transform(view.X_TS, TessellateView(view, options));
     cut.azimuth = std::atan2(view.X_TS.translation().y(), view.X_TS.translation().x());  // where the sensor stood
     cut.elevation = settings.elevation;
