@@ -22,6 +22,25 @@ std::vector<Eigen::Vector3d> SpiralDirections(int count) {
   return directions;
 }
 
+// Where the surface faces most, near each of the directions: the mean of the normals within some ten degrees, twice.
+std::vector<Eigen::Vector3d> FacingDirections(const SurfaceGraph& surface,
+                                              const std::vector<Eigen::Vector3d>& directions) {
+  constexpr double kNear = 0.98;  // cosine
+  std::vector<Eigen::Vector3d> normals, facing;
+  for (const Eigen::Vector3d& area : surface.area_vectors) normals.push_back(area.stableNormalized());
+  for (Eigen::Vector3d direction : directions) {
+    for (int step = 0; step < 2; ++step) {
+      Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+      for (int t = 0; t < surface.n(); ++t) {
+        if (normals[t].dot(direction) > kNear) sum += surface.area_vectors[t];
+      }
+      direction = sum.stableNormalized();  // 0 where it faces nowhere
+    }
+    if (!direction.isZero()) facing.push_back(direction);
+  }
+  return facing;
+}
+
 }  // namespace
 
 double GreatestHullDepth(const SurfaceGraph& surface, double normal_radius) {
@@ -29,7 +48,10 @@ double GreatestHullDepth(const SurfaceGraph& surface, double normal_radius) {
   const std::vector<Eigen::Vector3d>& x = surface.centroids;
   std::vector<double> depth(x.size(), std::numeric_limits<double>::infinity());
   std::set<int> extreme;  // candidates for hull corners
-  for (const Eigen::Vector3d& direction : SpiralDirections(kDirections)) {
+  std::vector<Eigen::Vector3d> directions = SpiralDirections(kDirections);
+  const std::vector<Eigen::Vector3d> facing = FacingDirections(surface, directions);
+  directions.insert(directions.end(), facing.begin(), facing.end());
+  for (const Eigen::Vector3d& direction : directions) {
     int top = 0;
     for (int t = 1; t < surface.n(); ++t) {
       if (x[t].dot(direction) > x[top].dot(direction)) top = t;

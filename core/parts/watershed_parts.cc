@@ -12,6 +12,15 @@
 #include "core/parts/watershed.h"
 
 namespace geond {
+namespace {
+
+// 0 for a smooth surface to 1 for one whose noise asks for all that widens lengths.
+double Roughness(const SurfaceGraph& surface, double noise, const WatershedSettings& settings) {
+  if (!(surface.edge > 0.0)) return 0.0;
+  return std::clamp((noise / surface.edge - settings.smooth_at) / (settings.rough_at - settings.smooth_at), 0.0, 1.0);
+}
+
+}  // namespace
 
 WatershedSettings SettingsForDetail(double detail) {
   constexpr double kCoarsestOdds = 6.0, kFinestOdds = -1.0, kCoarsestArea = 0.1, kFinestArea = 0.0025;
@@ -42,13 +51,16 @@ std::vector<int> SegmentByWatershed(const SurfaceGraph& surface, const std::vect
     message = "no area: one part";
     return std::vector<int>(surface.n(), 0);
   }
-  const double radius = std::max(settings.concavity_radius * size, settings.radius_in_edges * surface.edge);
+  const double rough = Roughness(surface, noise, settings);
+  const double radius = std::max(settings.concavity_radius * size,
+                                 (settings.radius_in_edges + rough * settings.rough_edges) * surface.edge);
   const double depth = GreatestHullDepth(surface, radius);
   if (depth < settings.gate * size + settings.gate_noise * noise) {
     message = "convex within its noise: one part";
     return std::vector<int>(surface.n(), 0);
   }
-  const std::vector<double> height = BallMean(surface, charge, std::max(settings.charge_radius * size, surface.edge));
+  const std::vector<double> height = BallMean(
+      surface, charge, std::max((settings.charge_radius + rough * settings.rough_charge_radius) * size, surface.edge));
   std::vector<int> labels = Watershed(surface, height);
   ThrowIfStopped(stop);
 

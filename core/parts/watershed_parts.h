@@ -15,10 +15,13 @@ struct WatershedSettings {
   double smoothing = 30.0;                               // pairs of Taubin steps for each noise of one edge
   double smooth_beyond = 0.1;                            // noise over edge that needs none
   double gate = 0.012;                                   // a single part if no deeper under its hull than this, plus
-  double gate_noise = 2.0;                               // this times the noise
+  double gate_noise = 1.0;                               // this times the noise
   double charge_radius = 0.025;                          // over which the charge is averaged
   double concavity_radius = 0.04;                        // over which concavity is pooled, and
   double radius_in_edges = 1.5;                          // no less than this many edges
+  double smooth_at = 0.05, rough_at = 0.17;              // noise over edge from which, and at which in full, is added
+  double rough_edges = 0.6;                              // to radius_in_edges
+  double rough_charge_radius = 0.01;                     // to charge_radius
   std::vector<double> rough_odds = {-3.0, -2.0, -1.0};   // log odds of cuts that are dissolved, in turn: as the
   std::vector<double> snapped_odds = {-1.0, -0.5, 0.0};  // watershed left them, and drawn to creases
   double small_area = 0.01;                              // least share of the area that makes a part

@@ -43,8 +43,15 @@ ChargeDensity Charge(const TriangleMesh& mesh, const std::filesystem::path& cach
   const auto bytes = static_cast<std::streamsize>(charge.density.size() * sizeof(double));
   std::ifstream in(cache, std::ios::binary);
   if (in && in.read(reinterpret_cast<char*>(charge.density.data()), bytes)) return charge;
-  // A triangle without area cannot be solved for (mesh 351 has one): it is left out and bears nothing.
-  const std::vector<double> areas = TriangleAreas(mesh);
+  // A triangle without area, as the solver judges it, cannot be solved for (mesh 351 has one): it bears nothing.
+  std::vector<double> areas = TriangleAreas(mesh);
+  for (std::size_t t = 0; t < areas.size(); ++t) {
+    const auto& [a, b, c] = mesh.triangles[t];
+    const double longest = std::max({(mesh.vertices[a] - mesh.vertices[b]).squaredNorm(),
+                                     (mesh.vertices[b] - mesh.vertices[c]).squaredNorm(),
+                                     (mesh.vertices[c] - mesh.vertices[a]).squaredNorm()});
+    if (!(areas[t] > 1e-10 * longest)) areas[t] = 0.0;
+  }
   TriangleMesh solid = mesh;
   solid.triangles.clear();
   for (std::size_t t = 0; t < areas.size(); ++t) {
