@@ -88,7 +88,7 @@ inline std::string Survive(const std::string& child, const std::filesystem::path
         return std::to_string(safe) + " views were acknowledged, " + std::to_string(views) + " are there";
       if (found.compare(0, 6, "failed") == 0 || found.compare(0, 7, "running") == 0) return "found " + found;
       safe = views;
-    } else if (begun) {
+    } else if (begun && life.Says("begun")) {  // a life that was killed before it could say anything has lost nothing
       return "the scan is gone";
     }
     safe += life.Acknowledged();
