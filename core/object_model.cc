@@ -7,10 +7,12 @@
 #include <functional>
 #include <stdexcept>
 
+#include "core/base/printed.h"
 #include "core/empty_places.h"
 #include "core/geometry/cloud_normals.h"
 #include "core/geometry/sample_mesh.h"
 #include "core/geometry/stray_points.h"
+#include "core/hollow_part.h"
 #include "core/part_clouds.h"
 #include "core/surface/close_mesh.h"
 #include "core/surface/remesh.h"
@@ -70,13 +72,24 @@ void DescribeSurface(ObjectModel& model, const ModelOptions& options, const Find
   step("fit");
   model.part_clouds = PartClouds(model.cloud, model.mesh, model.segmentation);
   const std::vector<std::vector<Eigen::Vector3d>> cuts = PartCuts(model.mesh, model.segmentation);
+  std::vector<std::string> notes;
   for (int part = 0; part < model.segmentation.n_parts; ++part) {
     step.Progress(part, model.segmentation.n_parts);
-    const PointCloud& cloud = model.part_clouds[part];
-    model.fits.push_back(FitPart(cloud, {find_empty(cloud), cuts[part]}, options.fit, step.stop()));
+    PointCloud& cloud = model.part_clouds[part];
+    std::vector<GeonFit>& fits = model.fits.emplace_back();
+    fits = FitPart(cloud, {find_empty(cloud), cuts[part]}, options.fit, step.stop());
+    if (fits.empty() || ResidualShare(fits.front(), cloud) <= kPoorFit) continue;
+    // Geons are solid: of a vessel they can be no more than the outside.
+    PointCloud outside = OutsideOfPart(model.cloud, model.mesh, model.segmentation, part);
+    std::vector<GeonFit> shell = FitPart(outside, {{}, cuts[part]}, options.fit, step.stop());
+    if (shell.empty() || ResidualShare(shell.front(), outside) > kPoorFit) continue;
+    cloud = std::move(outside);
+    fits = std::move(shell);
+    notes.push_back(Printed("part %d is hollow: its shape is that of its outside", part + 1));
   }
   step("describe");
   model.description = DescribeParts(model.mesh, model.segmentation, model.part_clouds, model.fits);
+  model.description.notes.insert(model.description.notes.end(), notes.begin(), notes.end());
 }
 
 // The whole cloud as one part, without a mesh: for data seen from one side only.

@@ -16,8 +16,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr double kMillimetres = 1e3;  // in a metre
-// Mean distance over the diagonal of the data above which a shape does not describe its part.
-constexpr double kPoorFit = 0.03;
 
 Json ToArray(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
@@ -83,6 +81,10 @@ std::string SizesInWords(const GeonFit& fit, int digits) {
   return text;
 }
 
+double ResidualShare(const GeonFit& fit, const PointCloud& part) {
+  return fit.residual / BoundingBox(part.points).diagonal().norm();
+}
+
 ObjectDescription DescribeParts(const TriangleMesh& mesh, const PartSegmentation& segmentation,
                                 const std::vector<PointCloud>& part_clouds,
                                 const std::vector<std::vector<GeonFit>>& fits) {
@@ -105,8 +107,7 @@ ObjectDescription DescribeParts(const TriangleMesh& mesh, const PartSegmentation
     part.fits = fits[label];
     part.area = area[label];
     part.points = static_cast<int>(part_clouds[label].size());
-    const double diagonal = BoundingBox(part_clouds[label].points).diagonal().norm();
-    if (const double share = part.fits.front().residual / diagonal; share > kPoorFit) {
+    if (const double share = ResidualShare(part.fits.front(), part_clouds[label]); share > kPoorFit) {
       description.notes.push_back(Printed("part %d is like none of the seven shapes: the nearest is off by %.0f %% of its size", part.id, 100.0 * share));
     }
     if (label < static_cast<int>(segmentation.significance.size())) part.significance = segmentation.significance[label];

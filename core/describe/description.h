@@ -42,6 +42,10 @@ struct ObjectDescription {
   std::vector<std::string> notes;                       // what was assumed or should be known
 };
 
+// The mean distance of a part's data from its shape over their diagonal; above kPoorFit the shape does not describe them.
+double ResidualShare(const GeonFit& fit, const PointCloud& part);
+inline constexpr double kPoorFit = 0.03;
+
 // The parts with their data and fits (a part; fits best first, none where it could not be fitted) and their relations.
 // Throws std::invalid_argument if sizes do not fit.
 ObjectDescription DescribeParts(const TriangleMesh& mesh, const PartSegmentation& segmentation,

@@ -82,11 +82,15 @@ class RegionGraph {
     }
   }
 
-  // Regions smaller than `least` join the neighbour over their weakest border, the smallest first.
-  void AbsorbSmall(double least) {
+  // Regions below these shares of the area or of the charge join the neighbour over their weakest border, the smallest
+  // first.
+  void AbsorbSmall(double area_share, double charge_share) {
+    const auto is_small = [&](const SurfaceRegion& region) {
+      return region.area < area_share * scale_.area || region.charge < charge_share * scale_.area * scale_.density;
+    };
     std::set<std::pair<double, int>> small;
     for (int r = 0; r < static_cast<int>(regions_.size()); ++r) {
-      if (parent_[r] == r && regions_[r].area < least) small.insert({regions_[r].area, r});
+      if (parent_[r] == r && is_small(regions_[r])) small.insert({regions_[r].area, r});
     }
     while (!small.empty()) {
       const int smallest = small.begin()->second;
@@ -99,7 +103,7 @@ class RegionGraph {
       }
       small.erase({regions_[best].area, best});
       const int kept = Merge(smallest, best);
-      if (regions_[kept].area < least) small.insert({regions_[kept].area, kept});
+      if (is_small(regions_[kept])) small.insert({regions_[kept].area, kept});
     }
   }
 
@@ -180,20 +184,20 @@ std::vector<CutCandidate> MeasureCuts(const SurfaceGraph& surface, const std::ve
 
 void MergeRegions(const SurfaceGraph& surface, const std::vector<double>& charge, const MergeSettings& settings,
                   std::vector<int>& labels, std::stop_token stop) {
-  const auto run = [&](double log_odds, double small_area) {
+  const auto run = [&](double log_odds, double small_area, double small_charge) {
     ThrowIfStopped(stop);
     NumberAnew(labels);
     LabelledSurface measured = Measure(surface, labels, charge, settings);
     if (settings.on_measured) settings.on_measured(labels, Candidates(measured), settings.stage);
     RegionGraph graph(std::move(measured), settings.stage);
     graph.DissolveWeak(log_odds);
-    graph.AbsorbSmall(small_area * surface.area);
+    graph.AbsorbSmall(small_area, small_charge);
     for (int& label : labels) label = graph.Root(label);
   };
-  for (double log_odds : settings.log_odds) run(log_odds, 0.0);
-  if (settings.small_area > 0.0) {
+  for (double log_odds : settings.log_odds) run(log_odds, 0.0, 0.0);
+  if (settings.small_area > 0.0 || settings.small_charge > 0.0) {
     run(settings.log_odds.empty() ? -std::numeric_limits<double>::infinity() : settings.log_odds.back(),
-        settings.small_area);
+        settings.small_area, settings.small_charge);
   }
   NumberAnew(labels);
 }

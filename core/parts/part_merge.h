@@ -22,7 +22,8 @@ struct MergeSettings {
   double noise = 0.0;   // m, standard deviation of the vertices
   CutStage stage = CutStage::kRough;
   std::vector<double> log_odds;  // borders below the first are dissolved, the weakest first, then those below the next
-  double small_area = 0.0;       // regions below this share of the area join the neighbour with the weakest border
+  double small_area = 0.0;       // regions below this share of the area join the neighbour with the weakest border,
+  double small_charge = 0.0;     // and so do those below this share of the charge
   // Told, if set, of the labels and candidates each time they are measured.
   std::function<void(const std::vector<int>& labels, const std::vector<CutCandidate>& candidates, CutStage stage)>
       on_measured;

@@ -78,6 +78,7 @@ std::vector<int> SegmentByWatershed(const SurfaceGraph& surface, const std::vect
   merge.stage = CutStage::kSnapped;
   merge.log_odds = settings.snapped_odds;
   merge.small_area = settings.small_area;
+  merge.small_charge = settings.small_charge;
   MergeRegions(surface, height, merge, labels, stop);
   message = *std::max_element(labels.begin(), labels.end()) > 0
                 ? "cut where a person would: concave, of little charge, around parts closed in themselves"

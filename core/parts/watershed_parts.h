@@ -25,6 +25,7 @@ struct WatershedSettings {
   std::vector<double> rough_odds = {-3.0, -2.0, -1.0};   // log odds of cuts that are dissolved, in turn: as the
   std::vector<double> snapped_odds = {-1.0, -0.5, 0.0};  // watershed left them, and drawn to creases
   double small_area = 0.01;                              // least share of the area that makes a part
+  double small_charge = 0.005;                           // and of the charge: the floor of a cup bears next to none
   double snap_radius = 0.03;                             // over which concavity is pooled for the cuts
   double snap_band = 0.08;                               // how far a cut may move
   double snap_scale = 0.06;                              // of concavity in the cost of a cut
