@@ -83,6 +83,7 @@ HttpPort::HttpPort(void* io_context, const HttpOptions& options, HttpHandlers ha
     }
     parts_->acceptor.open(endpoint.protocol());
     parts_->acceptor.set_option(asio::ip::tcp::acceptor::reuse_address(true));
+    parts_->acceptor.set_option(asio::ip::tcp::no_delay(true));  // what it accepts inherits it
     parts_->acceptor.bind(endpoint);
     parts_->acceptor.listen();
   } catch (const boost::system::system_error& failure) {

@@ -49,31 +49,29 @@ void LineSession::TakeLines() {
 
 void LineSession::Send(std::string line) {
   if (ended_ || closing_) return;
-  line += '\n';
-  unsent_bytes_ += line.size();
-  unsent_.push_back(std::move(line));
-  if (unsent_bytes_ > limits_.max_unread) {
-    spdlog::warn("a client leaves {} bytes unread and is dropped", unsent_bytes_);
+  unsent_ += line;
+  unsent_ += '\n';
+  if (const std::size_t unread = sending_.size() + unsent_.size(); unread > limits_.max_unread) {
+    spdlog::warn("a client leaves {} bytes unread and is dropped", unread);
     if (events_.on_slow) events_.on_slow();
     closing_ = true;
     // Not from within the list of clients that may be walked just now.
     asio::post(socket_.get_executor(), [self = shared_from_this()] { self->Close(); });
     return;
   }
-  if (!writing_) Write();
+  if (sending_.empty()) Write();
 }
 
+// A client that sends many lines at once gets its answers as fast as it reads, not one a turn of the loop.
 void LineSession::Write() {
-  writing_ = true;
-  asio::async_write(socket_, asio::buffer(unsent_.front()),
+  sending_.swap(unsent_);
+  asio::async_write(socket_, asio::buffer(sending_),
                     [self = shared_from_this()](const boost::system::error_code& error, std::size_t) {
-    self->writing_ = false;
+    self->sending_.clear();
     if (error || self->ended_) {
       self->Close();
       return;
     }
-    self->unsent_bytes_ -= self->unsent_.front().size();
-    self->unsent_.pop_front();
     if (!self->unsent_.empty()) {
       self->Write();
     } else if (self->closing_) {
@@ -84,7 +82,7 @@ void LineSession::Write() {
 
 void LineSession::CloseWhenSent() {
   closing_ = true;
-  if (!writing_) Close();
+  if (sending_.empty()) Close();
 }
 
 void LineSession::Close() {

@@ -6,7 +6,6 @@
 #include <boost/asio.hpp>
 
 #include <array>
-#include <deque>
 #include <functional>
 #include <memory>
 #include <string>
@@ -49,9 +48,8 @@ class LineSession : public std::enable_shared_from_this<LineSession> {
   std::array<char, 16384> buffer_;
   std::string received_;
   std::size_t searched_ = 0;  // of received_, without a line's end
-  std::deque<std::string> unsent_;
-  std::size_t unsent_bytes_ = 0;
-  bool writing_ = false, closing_ = false, ended_ = false;
+  std::string sending_, unsent_;  // on its way, and what waits for the next write: all of it at once
+  bool closing_ = false, ended_ = false;
 };
 
 }  // namespace geond::daemon

@@ -81,6 +81,7 @@ void Listen(asio::ip::tcp::acceptor& acceptor, const asio::ip::address& address,
     const asio::ip::tcp::endpoint endpoint(address, static_cast<std::uint16_t>(port));
     acceptor.open(endpoint.protocol());
     acceptor.set_option(asio::ip::tcp::acceptor::reuse_address(true));
+    acceptor.set_option(asio::ip::tcp::no_delay(true));  // what it accepts inherits it
     acceptor.bind(endpoint);
     acceptor.listen();
   } catch (const boost::system::system_error& failure) {

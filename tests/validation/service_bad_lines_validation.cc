@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A million lines that are wrong in every way, to a service that runs: each is answered, none is remembered.
 // service_bad_lines_validation [LINES]. Prints memory before and after.
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <future>
@@ -54,7 +55,7 @@ std::string BadLine(std::mt19937_64& random) {
       default:
         line.insert(at, 1 + random() % 9, static_cast<char>(random()));
     }
-    if (line.empty()) line = "?";
+    if (line.empty()) line.push_back('?');
   }
   for (char& letter : line) {
     if (letter == '\n' || letter == '\r') letter = ' ';
@@ -63,7 +64,7 @@ std::string BadLine(std::mt19937_64& random) {
 }
 
 // Sends `lines` of them in bursts and takes the answers in; how many came.
-long Pester(int port, int lines, std::uint64_t seed, std::size_t longest) {
+long Pester(int port, int lines, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   const int fd = Connect(port);
   long answers = 0;
@@ -76,9 +77,7 @@ long Pester(int port, int lines, std::uint64_t seed, std::size_t longest) {
   for (int sent = 0; sent < lines;) {
     std::string burst;
     for (; sent < lines && burst.size() < 8192; ++sent) {
-      std::string line = BadLine(random);
-      if (line.size() > longest) line = line.substr(0, longest) + "\n";
-      burst += line;
+      burst += BadLine(random);
     }
     for (std::size_t done = 0; done < burst.size();) {
       const ssize_t n = send(fd, burst.data() + done, burst.size() - done, MSG_NOSIGNAL);
@@ -92,6 +91,38 @@ long Pester(int port, int lines, std::uint64_t seed, std::size_t longest) {
   }
   shutdown(fd, SHUT_WR);
   reader.join();
+  close(fd);
+  return answers;
+}
+
+// The same as robots speak: a few lines, then as many answers, one a line. How many came.
+long Converse(int port, int lines, std::uint64_t seed) {
+  constexpr int kAtOnce = 8;
+  constexpr std::size_t kLongest = 70;
+  std::mt19937_64 random(seed);
+  const int fd = Connect(port);
+  long answers = 0;
+  for (int sent = 0; sent < lines; sent += kAtOnce) {
+    std::string burst;
+    for (int i = 0; i < kAtOnce; ++i) {
+      std::string line = BadLine(random);
+      if (line.size() > kLongest) line.erase(kLongest, line.size() - kLongest - 1);  // but for its end
+      burst += line;
+    }
+    if (send(fd, burst.data(), burst.size(), MSG_NOSIGNAL) != static_cast<ssize_t>(burst.size())) break;
+    char buffer[4096];
+    for (int left = kAtOnce; left > 0;) {
+      const ssize_t n = read(fd, buffer, sizeof buffer);
+      if (n <= 0) {
+        std::printf("the robot port closed after %d lines\n", sent);
+        close(fd);
+        return answers;
+      }
+      const auto ends = static_cast<int>(std::count(buffer, buffer + n, '\n'));
+      left -= ends;
+      answers += ends;
+    }
+  }
   close(fd);
   return answers;
 }
@@ -118,14 +149,13 @@ int main(int argc, char** argv) {
   Server server(config, SmallStation(SmallWorld(16)));
   std::thread io([&] { server.Run(); });
   // The first tenth warms up what is kept for good.
-  Pester(server.port(), lines / 10, 1, 1 << 16);
-  Pester(server.robot_port(), lines / 10, 2, 70);
+  Pester(server.port(), lines / 10, 1);
+  Converse(server.robot_port(), lines / 10, 2);
   malloc_trim(0);
   const double before = Resident(server);
   long answers = 0;
-  for (int i = 0; i < 10; ++i)
-    answers += Pester(server.port(), lines / 10, 10 + static_cast<std::uint64_t>(i), 1 << 16);
-  const long robot = Pester(server.robot_port(), lines / 10, 3, 70);
+  for (int i = 0; i < 10; ++i) answers += Pester(server.port(), lines / 10, 10 + static_cast<std::uint64_t>(i));
+  const long robot = Converse(server.robot_port(), lines / 10, 3);
   malloc_trim(0);
   const double after = Resident(server);
   std::printf("%d lines: %ld answers; %d to the robot port: %ld answers; memory %.2f MB, then %.2f MB\n", lines,
