@@ -10,6 +10,7 @@
 namespace geond {
 namespace {
 
+constexpr std::size_t kMostTriangles = 6000;             // finer meshes come of one view, whose far side is a guess
 constexpr double kLeastHollow = 0.2, kMostHollow = 0.7;  // share of the part's area
 
 // Whether a ray meets a triangle beyond `nearest` (Moeller and Trumbore 1997).
@@ -33,6 +34,7 @@ PointCloud OutsideOfPart(const PointCloud& cloud, const TriangleMesh& mesh, cons
   for (int t = 0; t < static_cast<int>(mesh.triangles.size()); ++t) {
     if (segmentation.labels[t] == part) own.push_back(t);
   }
+  if (own.size() > kMostTriangles) return {};
   const double skin = 1e-6 * MeanEdgeLength(mesh);
   PartSegmentation outside = segmentation;
   double area = 0.0, hollow = 0.0;

@@ -67,7 +67,7 @@ void LineSession::Write() {
   sending_.swap(unsent_);
   asio::async_write(socket_, asio::buffer(sending_),
                     [self = shared_from_this()](const boost::system::error_code& error, std::size_t) {
-    self->sending_.clear();
+    self->sending_ = {};  // its memory too: a burst may have been long
     if (error || self->ended_) {
       self->Close();
       return;
