@@ -204,10 +204,14 @@ std::string FrameFault(const Leader& leader, const Trailer& trailer, std::uint64
   if (pixel == 0) return "pixel format " + std::to_string(leader.pixel_format) + " is none of range data";
   if (received != trailer.valid_payload_size) return "payload of " + Sizes(received, trailer.valid_payload_size);
   if (trailer.height > leader.height) return "more rows than the leader announced";
-  const std::uint64_t image = (std::uint64_t{leader.width} * pixel + leader.padding_x) * trailer.height;
+  if (leader.width == 0 || trailer.height == 0) return "an image without pixels";
+  // By division: the product of what a broken leader says need not fit a number.
+  const std::uint64_t row = std::uint64_t{leader.width} * pixel + leader.padding_x;
+  const std::uint64_t rows = trailer.valid_payload_size / row;
   const bool chunks = leader.payload_type == kImageWithChunksPayload;
-  if (chunks ? trailer.valid_payload_size < image : trailer.valid_payload_size != image) {
-    return "payload of " + std::to_string(trailer.valid_payload_size) + " bytes for an image of " + std::to_string(image);
+  if (chunks ? rows < trailer.height : rows != trailer.height || trailer.valid_payload_size % row != 0) {
+    return "payload of " + std::to_string(trailer.valid_payload_size) + " bytes for an image of " +
+           std::to_string(trailer.height) + " rows of " + std::to_string(row);
   }
   return {};
 }

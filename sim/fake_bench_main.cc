@@ -1,17 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// fake_bench SIM.toml FOLDER PROGRAM [ARGUMENT...]: runs a program that finds a whole bench of fake devices: a range
-// camera on a USB port, a GPIO chip at /dev/gpiochip90, a drive on the serial port FOLDER/drive. Object, noise, seed
-// and faults from the start are those of SIM.toml, as for the simulated station. Lines read from the pipe FOLDER/orders
-// are orders: fault DEVICE WORD, stop on|off, door open|closed.
+// fake_bench [--kernel] SIM.toml FOLDER PROGRAM [ARGUMENT...]: runs a program that finds a whole bench of fake devices:
+// a range camera on a USB port, a GPIO chip at /dev/gpiochip90, a drive on the serial port FOLDER/drive. Object, noise,
+// seed and faults from the start are those of SIM.toml, as for the simulated station. With --kernel (as root, modules
+// vhci_hcd and gpio-sim loaded) camera and chip are the kernel's, for every program there is, and the chip has the next
+// free name. Lines read from the pipe FOLDER/orders are orders: fault DEVICE WORD, stop on|off, door open|closed.
 #include <sys/stat.h>
 
 #include <cstdlib>
 #include <fstream>
 #include <iostream>
+#include <optional>
 #include <sstream>
 #include <string>
 #include <thread>
+#include <vector>
 
+#include "sim/kernel/kernel_wires.h"
 #include "sim/sim_config.h"
 #include "sim/usb/fake_wires.h"
 
@@ -28,12 +32,23 @@ void Obey(const std::string& line, FakeBench& bench) {
   throw std::invalid_argument("no such order");
 }
 
-int Run(char** arguments, int count) {
-  const SimConfig config = ReadSimConfig(arguments[1]);
-  const std::filesystem::path folder = arguments[2];
+int Run(std::vector<std::string> arguments) {
+  const bool kernel = arguments[0] == "--kernel";
+  if (kernel) arguments.erase(arguments.begin());
+  const SimConfig config = ReadSimConfig(arguments.at(0));
+  const std::filesystem::path folder = arguments.at(1);
+  const std::vector<std::string> program(arguments.begin() + 2, arguments.end());
   std::filesystem::create_directories(folder);
   FakeBench bench(OpenSimStation(config));
-  FakeWires wires(bench, folder);
+  std::optional<KernelWires> machine;
+  std::optional<FakeWires> wires;
+  if (kernel) {
+    machine.emplace(bench, folder);
+    std::cout << "fake_bench: lines at /dev/" << machine->chip_name() << ", drive at "
+              << machine->serial_device().string() << std::endl;
+  } else {
+    wires.emplace(bench, folder);
+  }
   for (const auto& [device, fault] : config.faults) bench.SetFault(device, fault);
   const std::string pipe = folder / "orders";
   mkfifo(pipe.c_str(), 0600);
@@ -47,19 +62,20 @@ int Run(char** arguments, int count) {
       }
     }
   }).detach();
-  return WaitFor(wires.Start({arguments + 3, arguments + count}));
+  return WaitFor(wires ? wires->Start(program) : StartBelow(program, "", {}, {}));
 }
 
 }  // namespace
 }  // namespace geond::sim
 
 int main(int count, char** arguments) {
-  if (count < 4) {
-    std::cerr << "usage: fake_bench SIM.toml FOLDER PROGRAM [ARGUMENT...]\n";
+  const std::vector<std::string> all(arguments + 1, arguments + count);
+  if (all.size() < (!all.empty() && all[0] == "--kernel" ? 4u : 3u)) {
+    std::cerr << "usage: fake_bench [--kernel] SIM.toml FOLDER PROGRAM [ARGUMENT...]\n";
     return 2;
   }
   try {
-    std::_Exit(geond::sim::Run(arguments, count));  // not waiting for the thread that reads orders
+    std::_Exit(geond::sim::Run(all));  // not waiting for the thread that reads orders
   } catch (const std::exception& error) {
     std::cerr << "fake_bench: " << error.what() << "\n";
     return 1;

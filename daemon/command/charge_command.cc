@@ -61,6 +61,7 @@ CommandResult Charge(const ChargeArguments& arguments, const CommandContext& con
                        std::string(SolverName(charge.solver)).c_str(), charge.setup_seconds + charge.solve_seconds,
                        charge.summary.converged ? "" : ("; NOT CONVERGED: " + charge.summary.message).c_str());
   result.json["density"] = std::move(density_per_mm2);
+  AddNotes(input, result);
   return result;
 }
 

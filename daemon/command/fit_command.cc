@@ -56,6 +56,7 @@ CommandResult Fit(const FitArguments& arguments, const CommandContext& context) 
     if (IsTapered(geon.type)) result.text += Printed(", taper %.3f %.3f", geon.taper.x(), geon.taper.y());
     if (IsCurved(geon.type)) result.text += Printed(", bend %.5f /mm", 1e-3 * geon.bend);
   }
+  AddNotes(input, result);
   return result;
 }
 

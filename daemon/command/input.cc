@@ -7,6 +7,7 @@
 #include "calib/make_view.h"
 #include "calib/table_shift.h"
 #include "core/base/error.h"
+#include "core/base/printed.h"
 #include "core/geometry/cloud_normals.h"
 #include "core/geometry/sample_mesh.h"
 
@@ -14,8 +15,19 @@ namespace geond::daemon {
 namespace fs = std::filesystem;
 
 namespace {
+
 constexpr int kPointsOfMesh = 30000;
+constexpr double kTooSmall = 1e-3, kTooLarge = 20.0;  // m, across: no object for a turntable
+
+void NoteOddSize(GeometryFile& file) {
+  const std::vector<Eigen::Vector3d>& points = file.has_faces() ? file.mesh.vertices : file.cloud.points;
+  if (points.empty()) return;
+  const double across = BoundingBox(points).diagonal().norm();
+  if (across >= kTooSmall && across <= kTooLarge) return;
+  file.notes.push_back(Printed("the object is %.3g mm across: if that is wrong, say which unit its file is in with --unit", 1e3 * across));
 }
+
+}  // namespace
 
 Input ReadInput(const fs::path& path, double meters_per_unit) {
   Input input;
@@ -38,8 +50,14 @@ Input ReadInput(const fs::path& path, double meters_per_unit) {
                     "Give the folder of the recorded scan it belongs to");
   } else {
     input.file = Scaled(ReadGeometry(path), meters_per_unit);
+    NoteOddSize(input.file);
   }
   return input;
+}
+
+void AddNotes(const Input& input, CommandResult& result) {
+  result.json["notes"] = input.file.notes;
+  for (const std::string& note : input.file.notes) result.text += "\n  note: " + note;
 }
 
 RegisteredViews ViewsOf(const RecordedScan& scan, const calib::RegisterOptions& options, std::stop_token stop,

@@ -11,6 +11,7 @@
 #include "core/geometry/mesh_files.h"
 #include "core/object_model.h"
 #include "core/range/scan_folder.h"
+#include "daemon/command/command.h"
 
 namespace geond::daemon {
 
@@ -24,7 +25,11 @@ struct Input {
 
 // Reads a mesh, a cloud, the folder of a recorded scan (or its scan.json), or the .conf of a scan of range images as the
 // Stanford repository has them. `meters_per_unit` is that of geometry files; .conf scans are in metres. Throws FileError.
+// An object too small or too large for a scanner gets a note that names the unit.
 Input ReadInput(const std::filesystem::path& path, double meters_per_unit);
+
+// Adds to a result what was left out of a file or looks odd in it.
+void AddNotes(const Input& input, CommandResult& result);
 
 // The views of a scan in one frame: with the poses it holds if all are refined, else registered now.
 struct RegisteredViews {

@@ -65,6 +65,7 @@ CommandResult Mesh(const MeshArguments& arguments, const CommandContext& context
                        : topology.closed                    ? "closed but not manifold"
                                                             : "not closed",
                        topology.genus, 1e9 * Volume(mesh), MinAngle(mesh) * 180.0 / std::numbers::pi);
+  AddNotes(input, result);
   return result;
 }
 

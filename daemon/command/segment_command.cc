@@ -74,6 +74,7 @@ CommandResult Segment(const SegmentArguments& arguments, const CommandContext& c
     result.text += Printed("\n  %d meets %d over %.1f mm%s, strength %.2f", boundary.a, boundary.b,
                           1e3 * boundary.length, boundary.closed ? "" : " (open)", boundary.strength);
   }
+  AddNotes(input, result);
   return result;
 }
 

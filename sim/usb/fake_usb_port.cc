@@ -22,31 +22,10 @@
 #include <thread>
 
 #include "core/base/error.h"
+#include "sim/fake_usb_device.h"
 
 namespace geond::sim {
 namespace {
-
-using Bytes = std::vector<std::uint8_t>;
-
-const Bytes kDevice = {18, 1, 0x00, 0x03, 0xef, 2, 1, 9, 0x09, 0x12, 0x01, 0x00, 0x00, 0x01, 1, 2, 3, 1};
-const char* const kTexts[] = {"geond", "FakeRange", "FC0001", "GEON00FC0001"};
-
-Bytes Configuration() {
-  Bytes bytes;
-  bytes.reserve(128);
-  const auto add = [&bytes](std::initializer_list<std::uint8_t> more) { bytes.insert(bytes.end(), more); };
-  add({9, 2, 0, 0, 2, 1, 0, 0x80, 112});
-  add({8, 11, 0, 2, 0xef, 5, 0, 0});    // two interfaces that belong together
-  add({9, 4, 0, 0, 2, 0xef, 5, 0, 0});  // control
-  add({20, 0x24, 1, 0, 0, 1, 0, 0, 0, 1, 0, 4, 1, 2, 0, 0, 0, 3, 0, 8});
-  add({7, 5, FakeCamera::kControlOut, 2, 0x00, 0x04, 0, 6, 0x30, 0, 0, 0, 0});
-  add({7, 5, FakeCamera::kControlIn, 2, 0x00, 0x04, 0, 6, 0x30, 0, 0, 0, 0});
-  add({9, 4, 1, 0, 1, 0xef, 5, 2, 0});  // stream
-  add({7, 5, FakeCamera::kStreamIn, 2, 0x00, 0x04, 0, 6, 0x30, 15, 0, 0, 0});
-  bytes[2] = static_cast<std::uint8_t>(bytes.size());
-  bytes[3] = static_cast<std::uint8_t>(bytes.size() >> 8);
-  return bytes;
-}
 
 // The kernel's side of a USB device file: takes, completes and hands back the requests of programs, each those of its own
 // open file. One lock for all; umockdev calls from its own thread, orders come from another.
@@ -70,10 +49,7 @@ class UsbDeviceFile {
                        "\nE: DEVTYPE=usb_device\nE: MAJOR=189\nE: MINOR=" + std::to_string(number_ - 1) +
                        "\nA: bConfigurationValue=1\\n\nA: busnum=1\\n\nA: devnum=" + number +
                        "\\n\nA: speed=5000\\n\nA: dev=189:" + std::to_string(number_ - 1) + "\\n\nH: descriptors=";
-    Bytes descriptors = kDevice;
-    const Bytes configuration = Configuration();
-    descriptors.insert(descriptors.end(), configuration.begin(), configuration.end());
-    for (std::uint8_t byte : descriptors) {
+    for (std::uint8_t byte : FakeUsbDescriptors()) {
       char hex[3];
       std::snprintf(hex, sizeof hex, "%02X", byte);
       text += hex;
@@ -152,40 +128,12 @@ class UsbDeviceFile {
     if (slave_ >= 0 && ready != ready_ && tcflow(slave_, ready ? TCOON : TCOOFF) == 0) ready_ = ready;
   }
 
-  // A standard request on endpoint 0: bytes of its answer, or -EPIPE.
-  int Standard(const std::uint8_t* setup, std::uint8_t* data, int room) {
-    const auto give = [&](const Bytes& answer) {
-      const int count = std::min(room, static_cast<int>(answer.size()));
-      std::copy_n(answer.begin(), count, data);
-      return count;
-    };
-    const std::uint8_t type = setup[3], index = setup[2];
-    if ((setup[0] & 0x60) != 0) return -EPIPE;
-    if (setup[1] == 6 && type == 1) return give(kDevice);
-    if (setup[1] == 6 && type == 2) return give(Configuration());
-    if (setup[1] == 6 && type == 3 && index == 0) return give({4, 3, 0x09, 0x04});
-    if (setup[1] == 6 && type == 3 && index <= std::size(kTexts)) {
-      const std::string text = kTexts[index - 1];
-      Bytes answer = {static_cast<std::uint8_t>(2 + 2 * text.size()), 3};
-      for (char c : text) {
-        answer.push_back(static_cast<std::uint8_t>(c));
-        answer.push_back(0);
-      }
-      return give(answer);
-    }
-    if (setup[1] == 0) return give({0, 0});
-    if (setup[1] == 1 || setup[1] == 3) {
-      if ((setup[0] & 0x1f) == 2) camera_.SetHalt(setup[4], setup[1] == 3);
-      return 0;
-    }
-    return setup[1] == 9 || setup[1] == 11 ? 0 : -EPIPE;
-  }
-
   bool Complete(Request& request) {
     usbdevfs_urb& urb = Urb(request);
     int result = 0;
     if (urb.type == USBDEVFS_URB_TYPE_CONTROL) {
-      result = Standard(request.buffer->data, request.buffer->data + 8, urb.buffer_length - 8);
+      result = FakeUsbControl(camera_, {request.buffer->data, 8},
+                              {request.buffer->data + 8, static_cast<std::size_t>(urb.buffer_length - 8)});
     } else if (urb.buffer_length > 0) {
       result = camera_.Transfer(urb.endpoint, {request.buffer->data, static_cast<std::size_t>(urb.buffer_length)});
     }

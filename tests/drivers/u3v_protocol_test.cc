@@ -145,6 +145,17 @@ TEST(FrameFault, AcceptsAWholeFrameAndNamesTheRuleABrokenOneBreaks) {
   other.valid_payload_size = 16;
   EXPECT_EQ(FrameFault(leader, other, 16), "") << "a frame of fewer rows is whole if the trailer says so";
 
+  Leader empty = leader;
+  empty.width = 0;
+  empty.height = other.height = 0xfffffffe;  // rows of nothing: however many there are, no byte is missing
+  other.valid_payload_size = 0;
+  EXPECT_NE(FrameFault(empty, other, 0).find("without pixels"), std::string::npos);
+  empty.width = 0x80000000;  // rows times their bytes is 2^64
+  empty.pixel_format = static_cast<std::uint32_t>(PixelFormat::kCoord3dC32f);
+  empty.height = other.height = 0x80000000;
+  empty.padding_x = 0;
+  EXPECT_NE(FrameFault(empty, other, 0), "");
+
   Leader grey = leader;
   grey.pixel_format = 0x01100007;  // Mono16
   EXPECT_NE(FrameFault(grey, trailer, 24).find("pixel format"), std::string::npos);
