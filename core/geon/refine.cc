@@ -45,30 +45,28 @@ bool SolveDamped(const Quadratic& q, const std::array<bool, kMaxParameters>& hel
   for (int k = 0; k < count; ++k) if (!held[k]) free[n++] = k;
   double greatest = 0.0;
   for (int i = 0; i < n; ++i) greatest = std::max(greatest, q.matrix(free[i], free[i]));
-  std::array<std::array<double, kMaxParameters>, kMaxParameters> l{};
-  std::array<double, kMaxParameters> x{};
-  for (int i = 0; i < n; ++i) {
-    for (int j = 0; j <= i; ++j) {
-      double sum = q.matrix(free[i], free[j]);
-      if (i == j) sum += damping * sum + 1e-12 * greatest;
-      for (int k = 0; k < j; ++k) sum -= l[i][k] * l[j][k];
-      if (i == j) {
-        if (!(sum > 0.0)) return false;
-        l[i][i] = std::sqrt(sum);
-      } else {
-        l[i][j] = sum / l[j][j];
-      }
+  // Column by column, so that what each column takes from those behind it does not wait for itself. Row n is the right side.
+  std::array<std::array<double, kMaxParameters + 1>, kMaxParameters> columns;
+  for (int j = 0; j < n; ++j) {
+    for (int i = j; i < n; ++i) columns[j][i] = q.matrix(free[i], free[j]);
+    columns[j][j] += damping * columns[j][j] + 1e-12 * greatest;
+    columns[j][n] = -q.gradient[free[j]];
+  }
+  std::array<double, kMaxParameters> inverse_pivot;
+  for (int j = 0; j < n; ++j) {
+    if (!(columns[j][j] > 0.0)) return false;
+    inverse_pivot[j] = 1.0 / std::sqrt(columns[j][j]);
+    for (int i = j + 1; i <= n; ++i) columns[j][i] *= inverse_pivot[j];
+    for (int k = j + 1; k < n; ++k) {
+      const double factor = columns[j][k];
+      for (int i = k; i <= n; ++i) columns[k][i] -= factor * columns[j][i];
     }
-    double sum = -q.gradient[free[i]];
-    for (int k = 0; k < i; ++k) sum -= l[i][k] * x[k];
-    x[i] = sum / l[i][i];
   }
   step.setZero();
-  for (int i = n - 1; i >= 0; --i) {
-    double sum = x[i];
-    for (int k = i + 1; k < n; ++k) sum -= l[k][i] * x[k];
-    x[i] = sum / l[i][i];
-    step[free[i]] = x[i];
+  for (int j = n - 1; j >= 0; --j) {
+    double sum = columns[j][n];
+    for (int i = j + 1; i < n; ++i) sum -= columns[j][i] * step[free[i]];
+    step[free[j]] = sum * inverse_pivot[j];
   }
   return true;
 }
@@ -125,19 +123,25 @@ RefineResult Refine(const GeonState& start, const LanePoints& points, const Para
   const auto total = [&](const MisfitSums& sums, double gamma) {
     return (sums.smooth + options.lambda * gamma * sums.normal) / sums.weight;
   };
-  MisfitDerivatives d;
+  // Most steps are accepted, so their derivatives are had with their sums: at once, but for a step after a rejected one and
+  // for the last.
+  MisfitDerivatives d, next;
+  bool has_derivatives = false;
   double damping = options.damping;
   for (int iteration = 0; iteration < options.iterations && !result.converged;) {
-    const GeonState& s = result.state;
+    const GeonState s = result.state;
     const double gamma = s.gamma();
-    DifferentiateMisfit(s, points, 2.0 * options.lambda * gamma, options.floor, d);
-    ++result.evaluations;
+    if (!has_derivatives) {
+      DifferentiateMisfit(s, points, 2.0 * options.lambda * gamma, options.floor, d);
+      ++result.evaluations;
+    }
+    has_derivatives = false;
     result.objective = total(d.sums, gamma);
     result.t1 = d.sums.distance / d.sums.weight;
     result.t2 = d.sums.normal / d.sums.weight;
     const Quadratic q = QuadraticOf(d, options.lambda, gamma, count);
     const std::array<bool, kMaxParameters> held = HeldByBounds(s, q.gradient, bounds);
-    bool moved = false;
+    bool moved = false, rejected = false;
     for (; !moved && iteration < options.iterations; ++iteration) {
       ParameterVector step;
       if (!SolveDamped(q, held, count, damping, step)) {
@@ -154,12 +158,16 @@ RefineResult Refine(const GeonState& start, const LanePoints& points, const Para
       }
       step *= shorten;
       const GeonState trial = Stepped(s, step, bounds);
-      const MisfitSums sums = SumMisfit(trial, points, options.floor);
+      const bool with_derivatives = !rejected && iteration + 1 < options.iterations;
+      if (with_derivatives) DifferentiateMisfit(trial, points, 2.0 * options.lambda * trial.gamma(), options.floor, next);
+      const MisfitSums sums = with_derivatives ? next.sums : SumMisfit(trial, points, options.floor);
       ++result.evaluations;
       const double objective = total(sums, trial.gamma());
       const double gain = result.objective - objective;
       if (gain > 0.0) {
         moved = true;
+        has_derivatives = with_derivatives;
+        if (with_derivatives) std::swap(d, next);
         result.state = trial;
         result.objective = objective;
         result.t1 = sums.distance / sums.weight;
@@ -167,6 +175,7 @@ RefineResult Refine(const GeonState& start, const LanePoints& points, const Para
         damping = std::max(1e-9, 0.2 * damping);
         result.converged = gain <= options.tolerance * objective || step.norm() < options.tolerance;
       } else {
+        rejected = true;
         damping = std::max(1e-6, 6.0 * damping);
         if (step.norm() < options.tolerance || damping > 1e8) result.converged = true;
         if (result.converged) break;
