@@ -37,7 +37,7 @@ struct FitOptions {
   double fallback_ratio = 1.20;      // a deformed winner falls back to its base type if
   double fallback_distance = 0.001;  // E_base <= fallback_ratio E + fallback_distance D, D the diagonal of the data, or if
   double fallback_errors = 3.0;      // E_base - E is below so many of its standard errors and
-  double fallback_scatter_ratio = 1.35;  // E_base <= fallback_scatter_ratio E
+  double fallback_scatter_ratio = 1.30;  // E_base <= fallback_scatter_ratio E
   bool outline_of_one_view = true;  // of data seen from one side about which nothing else is known: what lies outside their
                                     // outline is taken for empty; false: the thesis' objective and nothing else
   // Keeps every start to the end, begins from more frames, and searches a second time, at ten times search_lambda: the least
