@@ -133,7 +133,11 @@ void ModbusTurntable::Halt() noexcept {
 
 void ModbusTurntable::WriteOnce(const std::string& sequence) noexcept {
   // If it fails, the motor-enable wire and the drive's own timeouts are what is left.
+#if defined(__SANITIZE_THREAD__)  // gcc 12's does not see a lock that waits by the steady clock
+  const std::unique_lock lock(link_mutex_, std::chrono::system_clock::now() + options_.address.response_timeout);
+#else
   const std::unique_lock lock(link_mutex_, options_.address.response_timeout);
+#endif
   if (!lock.owns_lock() || !link_.connected()) return;
   for (const DriveStep& step : options_.profile.sequences.at(sequence)) {
     if (step.kind == DriveStep::Kind::kWrite && !link_.WriteOnce(step.address, WordsOf(step, {}))) return;
