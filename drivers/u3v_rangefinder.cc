@@ -25,10 +25,11 @@ constexpr std::uint64_t kLargestPayload = 256 << 20;
 
 // An image most of whose depths lie outside the sensor's range is no image of anything.
 void RefuseNonsense(const RangeImage& image, const SensorModel& sensor) {
-  std::size_t finite = 0, outside = 0;
+  const auto least = static_cast<float>(0.5 * sensor.min_depth), greatest = static_cast<float>(1.5 * sensor.max_depth);
+  unsigned finite = 0, outside = 0;
   for (const float depth : image.depth) {
-    finite += !std::isnan(depth);
-    outside += depth < 0.5 * sensor.min_depth || depth > 1.5 * sensor.max_depth;
+    finite += depth == depth;
+    outside += (depth < least) | (depth > greatest);
   }
   if (2 * outside > finite) {
     throw DeviceError(kName, "read image",

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/u3v_protocol.h"
 
+#include <bit>
+#include <cmath>
 #include <fstream>
 #include <iterator>
 
 #include <gtest/gtest.h>
 
 #include "drivers/little_endian.h"
+#include "drivers/u3v_depth.h"
 
 namespace geond::drivers::u3v {
 namespace {
@@ -159,6 +162,40 @@ TEST(FrameFault, AcceptsAWholeFrameAndNamesTheRuleABrokenOneBreaks) {
   Leader grey = leader;
   grey.pixel_format = 0x01100007;  // Mono16
   EXPECT_NE(FrameFault(grey, trailer, 24).find("pixel format"), std::string::npos);
+}
+
+// A large image is decoded by a table, a small one number by number.
+TEST(DecodeDepth, LargeImagesAreRowsOfSmallOnes) {
+  constexpr std::uint32_t kColumns = 512, kRows = 200;
+  Frame large;
+  large.leader.pixel_format = static_cast<std::uint32_t>(PixelFormat::kCoord3dC16);
+  large.leader.width = kColumns;
+  large.leader.padding_x = 3;
+  large.trailer.height = kRows;
+  for (std::uint32_t row = 0; row < kRows; ++row) {
+    for (std::uint32_t column = 0; column < kColumns; ++column) {
+      const std::uint32_t number = 977 * (row * kColumns + column);
+      large.payload.push_back(static_cast<std::uint8_t>(number));
+      large.payload.push_back(static_cast<std::uint8_t>(number >> 8));
+    }
+    large.payload.insert(large.payload.end(), 3, 0xff);
+  }
+  const DepthScale scale{0.02, -3.0, 0.001, 500.0};
+  const RangeImage image = DecodeDepth(large, scale);
+  ASSERT_EQ(image.depth.size(), std::size_t{kColumns} * kRows);
+  int none = 0;
+  for (std::uint32_t row = 0; row < kRows; ++row) {
+    Frame small = large;
+    small.trailer.height = 1;
+    small.payload.assign(large.payload.begin() + row * (2 * kColumns + 3), large.payload.begin() + (row + 1) * (2 * kColumns + 3));
+    const RangeImage line = DecodeDepth(small, scale);
+    for (std::uint32_t column = 0; column < kColumns; ++column) {
+      const float depth = image.depth[row * kColumns + column];
+      none += std::isnan(depth);
+      ASSERT_EQ(std::bit_cast<std::uint32_t>(depth), std::bit_cast<std::uint32_t>(line.depth[column])) << row << " " << column;
+    }
+  }
+  EXPECT_GT(none, 0) << "the offset makes some depths negative, and one number says that there is none";
 }
 
 }  // namespace
