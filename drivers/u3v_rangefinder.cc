@@ -28,8 +28,9 @@ void RefuseNonsense(const RangeImage& image, const SensorModel& sensor) {
   const auto least = static_cast<float>(0.5 * sensor.min_depth), greatest = static_cast<float>(1.5 * sensor.max_depth);
   unsigned finite = 0, outside = 0;
   for (const float depth : image.depth) {
-    finite += depth == depth;
-    outside += (depth < least) | (depth > greatest);
+    finite += depth == depth ? 1 : 0;
+    outside += depth < least ? 1 : 0;
+    outside += depth > greatest ? 1 : 0;
   }
   if (2 * outside > finite) {
     throw DeviceError(kName, "read image",

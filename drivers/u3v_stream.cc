@@ -69,13 +69,13 @@ void StreamReader::Post() {
   while (posted_.size() < 2 * reads) {
     const std::size_t size = SizeOfRead(next_read_);
     if (posted_bytes_ + size > kMostUnderWay) return;
-    Bytes buffer;
-    if (!spare_.empty()) {
-      buffer = std::move(spare_.back());
-      spare_.pop_back();
+    const auto spare = std::ranges::find(spare_, size, &Bytes::size);  // of this size: growing one would clear it first
+    if (spare != spare_.end()) {
+      posted_.push_back(std::move(*spare));
+      spare_.erase(spare);
+    } else {
+      posted_.emplace_back(size);
     }
-    buffer.resize(size);
-    posted_.push_back(std::move(buffer));
     last_status_ = port_.PostRead(posted_.back());
     if (last_status_ != Status::kOk) Fail("posting a read: " + std::string(UsbStatusWords(last_status_)));
     posted_bytes_ += size;
