@@ -24,7 +24,8 @@ void NoteOddSize(GeometryFile& file) {
   if (points.empty()) return;
   const double across = BoundingBox(points).diagonal().norm();
   if (across >= kTooSmall && across <= kTooLarge) return;
-  file.notes.push_back(Printed("the object is %.3g mm across: if that is wrong, say which unit its file is in with --unit", 1e3 * across));
+  file.notes.push_back(
+      Printed("the object is %.3g mm across: if that is wrong, say which unit its file is in with --unit", 1e3 * across));
 }
 
 }  // namespace
