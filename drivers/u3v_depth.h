@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <limits>
 #include <optional>
 
 #include "core/range/range_image.h"
@@ -15,8 +16,13 @@ struct DepthScale {
   std::optional<double> invalid;
 };
 
+// Depths in metres that an image may have, mostly; any by default.
+struct DepthRange {
+  double least = 0.0, greatest = std::numeric_limits<double>::infinity();
+};
+
 // The depth image of a frame that breaks no rule of the transport, with as many rows as were sent. Not finite and not
-// positive depths are NaN too.
-RangeImage DecodeDepth(const Frame& frame, const DepthScale& scale);
+// positive depths are NaN too. Throws DeviceError if most depths lie outside `range`: an image of nothing.
+RangeImage DecodeDepth(const Frame& frame, const DepthScale& scale, const DepthRange& range = {});
 
 }  // namespace geond::drivers::u3v

@@ -23,23 +23,6 @@ constexpr std::uint64_t kMaxLeader = 0x18, kTransferSize = 0x1c, kTransferCount 
                         kTransfer2 = 0x28, kMaxTrailer = 0x2c;
 constexpr std::uint64_t kLargestPayload = 256 << 20;
 
-// An image most of whose depths lie outside the sensor's range is no image of anything.
-void RefuseNonsense(const RangeImage& image, const SensorModel& sensor) {
-  const auto least = static_cast<float>(0.5 * sensor.min_depth), greatest = static_cast<float>(1.5 * sensor.max_depth);
-  unsigned finite = 0, outside = 0;
-  for (const float depth : image.depth) {
-    finite += depth == depth ? 1 : 0;
-    outside += depth < least ? 1 : 0;
-    outside += depth > greatest ? 1 : 0;
-  }
-  if (2 * outside > finite) {
-    throw DeviceError(kName, "read image",
-                      std::to_string(outside) + " of " + std::to_string(finite) +
-                          " depths are far out of the camera's own range",
-                      "Check the cable and the camera's settings, then reset the station");
-  }
-}
-
 }  // namespace
 
 U3vRangefinder::U3vRangefinder(UsbOpener open, U3vRangefinderOptions options)
@@ -276,14 +259,14 @@ Exposure U3vRangefinder::Read(std::chrono::milliseconds timeout, std::stop_token
     }
     Exposure exposure;
     exposure.timestamp = std::chrono::nanoseconds(frame.leader.timestamp_ns);
-    exposure.image = u3v::DecodeDepth(frame, scale_);
-    if (exposure.image.columns != sensor_.columns || exposure.image.rows != sensor_.rows) {
+    const auto columns = static_cast<int>(frame.leader.width), rows = static_cast<int>(frame.trailer.height);
+    if (columns != sensor_.columns || rows != sensor_.rows) {
       throw DeviceError(kName, "read image",
-                        "an image of " + std::to_string(exposure.image.columns) + " x " +
-                            std::to_string(exposure.image.rows) + " pixels where " + std::to_string(sensor_.columns) +
-                            " x " + std::to_string(sensor_.rows) + " were due");
+                        "an image of " + std::to_string(columns) + " x " + std::to_string(rows) + " pixels where " +
+                            std::to_string(sensor_.columns) + " x " + std::to_string(sensor_.rows) + " were due");
     }
-    RefuseNonsense(exposure.image, sensor_);
+    exposure.image = u3v::DecodeDepth(frame, scale_, {0.5 * sensor_.min_depth, 1.5 * sensor_.max_depth});
+    stream_->GiveBack(std::move(frame));
     return exposure;
   });
 }

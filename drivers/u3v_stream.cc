@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <bit>
+#include <cstring>
+#include <iterator>
 #include <stdexcept>
 #include <utility>
 
@@ -41,75 +43,104 @@ StreamLayout PlanStream(std::uint64_t payload, std::size_t leader, std::size_t t
   return layout;
 }
 
-std::size_t StreamReader::SizeOfRead(std::size_t index) const {
-  if (index == 0) return layout_.leader;
-  if (index <= layout_.transfers) return layout_.transfer;
-  return index == layout_.transfers + 1 && layout_.last_transfer != 0 ? layout_.last_transfer : layout_.trailer;
+std::span<std::uint8_t> StreamReader::PlaceOfRead(Buffers& buffers, std::size_t index) const {
+  if (index == 0) return buffers.leader;
+  const std::size_t begin = (index - 1) * layout_.transfer;
+  if (index <= layout_.transfers) return std::span(buffers.payload).subspan(begin, layout_.transfer);
+  return index + 1 < reads() ? std::span(buffers.payload).subspan(begin, layout_.last_transfer) : buffers.trailer;
+}
+
+StreamReader::Buffers StreamReader::TakeSpare() {
+  const std::size_t payload = layout_.transfers * layout_.transfer + layout_.last_transfer;
+  if (spare_.empty()) return {Bytes(layout_.leader), Bytes(payload), Bytes(layout_.trailer)};
+  Buffers buffers = std::move(spare_.back());
+  spare_.pop_back();
+  buffers.payload.resize(payload);
+  return buffers;
+}
+
+void StreamReader::GiveBack(Frame frame) {
+  // The last frame left its buffers without a payload.
+  for (Buffers& buffers : spare_) {
+    if (buffers.payload.empty()) {
+      buffers.payload = std::move(frame.payload);
+      return;
+    }
+  }
+}
+
+void StreamReader::Forget() {
+  port_.CancelReads();
+  std::ranges::move(frames_, std::back_inserter(spare_));
+  frames_.clear();
+  posted_ = posted_bytes_ = next_read_ = next_taken_ = taking_ = kept_ = received_ = 0;
 }
 
 void StreamReader::Fail(const std::string& cause) {
-  port_.CancelReads();
-  posted_.clear();
+  Forget();
   throw DeviceError("camera", "read image", cause);
 }
 
 void StreamReader::Start() {
-  port_.CancelReads();
-  posted_.clear();
-  posted_bytes_ = next_read_ = next_taken_ = 0;
+  Forget();
   shifted_ = false;
   leader_.reset();
-  payload_.clear();
   last_status_ = Status::kOk;
   Post();
 }
 
 void StreamReader::Post() {
-  const std::size_t reads = layout_.transfers + (layout_.last_transfer != 0 ? 3 : 2);
-  while (posted_.size() < 2 * reads) {
-    const std::size_t size = SizeOfRead(next_read_);
-    if (posted_bytes_ + size > kMostUnderWay) return;
-    const auto spare = std::ranges::find(spare_, size, &Bytes::size);  // of this size: growing one would clear it first
-    if (spare != spare_.end()) {
-      posted_.push_back(std::move(*spare));
-      spare_.erase(spare);
-    } else {
-      posted_.emplace_back(size);
-    }
-    last_status_ = port_.PostRead(posted_.back());
+  while (posted_ < 2 * reads()) {
+    if (posted_bytes_ >= kMostUnderWay) return;
+    if (next_read_ == 0) frames_.push_back(TakeSpare());
+    const std::span<std::uint8_t> place = PlaceOfRead(frames_.back(), next_read_);
+    last_status_ = port_.PostRead(place);
     if (last_status_ != Status::kOk) Fail("posting a read: " + std::string(UsbStatusWords(last_status_)));
-    posted_bytes_ += size;
-    next_read_ = (next_read_ + 1) % reads;
+    ++posted_;
+    posted_bytes_ += place.size();
+    next_read_ = (next_read_ + 1) % reads();
   }
 }
 
-std::optional<Frame> StreamReader::Take(ByteView data, std::size_t posted) {
-  const std::size_t reads = layout_.transfers + (layout_.last_transfer != 0 ? 3 : 2);
-  const std::size_t place = std::exchange(next_taken_, (next_taken_ + 1) % reads);
+std::optional<Frame> StreamReader::Take(std::size_t size) {
+  const std::span<std::uint8_t> read = PlaceOfRead(frames_[taking_], next_taken_);
+  const std::size_t place = next_taken_, in = taking_;
+  --posted_;
+  posted_bytes_ -= read.size();
+  next_taken_ = (next_taken_ + 1) % reads();
+  if (next_taken_ == 0) ++taking_;
+  const ByteView data = read.first(size);
   std::string error;
   if (!leader_) {
     leader_ = DecodeLeader(data, error);
     if (!leader_) Fail(error);
     shifted_ = shifted_ || place != 0;
-    payload_.clear();
-    payload_.reserve(layout_.payload);
+    kept_ = in;
+    received_ = 0;
     return std::nullopt;
   }
   // A payload that ends early leaves its trailer in the read where the rest was to go.
   std::string no_trailer;
-  const bool whole = payload_.size() >= layout_.payload;
+  const bool whole = received_ >= layout_.payload;
   const std::optional<Trailer> trailer = DecodeTrailer(data, no_trailer);
+  Bytes& payload = frames_[kept_].payload;
   if (!whole && (!trailer || trailer->block_id != leader_->block_id)) {
-    payload_.insert(payload_.end(), data.begin(), data.end());
-    shifted_ = shifted_ || (data.size() < posted && payload_.size() < layout_.payload);
+    if (size > payload.size() - received_) Fail("a payload of more than " + std::to_string(layout_.payload) + " bytes");
+    // Where it goes has been read and taken: what came before it was at most as much as was posted for it.
+    if (payload.data() + received_ != data.data()) std::memmove(payload.data() + received_, data.data(), size);
+    received_ += size;
+    shifted_ = shifted_ || (size < read.size() && received_ < layout_.payload);
     return std::nullopt;
   }
   if (!trailer) Fail(no_trailer);
-  shifted_ = shifted_ || place != reads - 1;
-  Frame frame{*std::exchange(leader_, std::nullopt), *trailer, std::move(payload_)};
-  payload_ = {};
-  if (const std::string fault = FrameFault(frame.leader, frame.trailer, frame.payload.size()); !fault.empty())
-    Fail(fault);
+  shifted_ = shifted_ || place != reads() - 1;
+  if (const std::string fault = FrameFault(*leader_, *trailer, received_); !fault.empty()) Fail(fault);
+  payload.resize(received_);
+  Frame frame{*std::exchange(leader_, std::nullopt), *trailer, std::exchange(payload, {})};
+  for (; taking_ > 0; --taking_) {
+    spare_.push_back(std::move(frames_.front()));
+    frames_.pop_front();
+  }
   if (last_block_ && frame.leader.block_id > *last_block_ + 1) missed_ += frame.leader.block_id - *last_block_ - 1;
   last_block_ = frame.leader.block_id;
   return frame;
@@ -119,7 +150,7 @@ Frame StreamReader::Next(std::chrono::milliseconds timeout, std::stop_token stop
   const Clock::time_point deadline = port_.Now() + timeout;
   while (true) {
     ThrowIfStopped(stop);
-    if (posted_.empty()) Start();
+    if (posted_ == 0) Start();
     const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - port_.Now());
     const std::optional<UsbPort::Result> result = port_.Reap(std::clamp(left, std::chrono::milliseconds(0), kGlance));
     if (!result) {
@@ -132,12 +163,7 @@ Frame StreamReader::Next(std::chrono::milliseconds timeout, std::stop_token stop
     }
     last_status_ = result->status;
     if (result->status != Status::kOk) Fail(std::string(UsbStatusWords(result->status)));
-    Bytes buffer = std::move(posted_.front());
-    posted_.pop_front();
-    posted_bytes_ -= buffer.size();
-    std::optional<Frame> frame = Take(ByteView(buffer).first(result->size), buffer.size());
-    spare_.push_back(std::move(buffer));
-    if (frame) {
+    if (std::optional<Frame> frame = Take(result->size)) {
       if (shifted_) Start();  // so that each read again has the size of what comes
       Post();
       return *std::move(frame);

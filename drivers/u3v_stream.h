@@ -4,6 +4,7 @@
 #include <chrono>
 #include <deque>
 #include <optional>
+#include <span>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -29,7 +30,7 @@ struct Frame {
   Bytes payload;
 };
 
-// Takes frames off the stream, at most 8 MiB of reads under way.
+// Takes frames off the stream, some 8 MiB of reads under way at most.
 class StreamReader {
  public:
   StreamReader(UsbPort& port, StreamLayout layout) : port_(port), layout_(layout) {}
@@ -42,6 +43,8 @@ class StreamReader {
   // The next whole frame that breaks no rule. Throws DeviceError naming the broken rule, TimeoutError,
   // Cancelled. After an error Start is needed.
   Frame Next(std::chrono::milliseconds timeout, std::stop_token stop);
+  // Takes a frame that is no longer needed back, for its memory.
+  void GiveBack(Frame frame);
   // Throws away frames that are there already.
   void DiscardWaiting();
   // Why the last Next failed, if it was the endpoint itself.
@@ -49,21 +52,30 @@ class StreamReader {
   std::uint64_t frames_missed() const { return missed_; }  // gaps in the numbers of the frames
 
  private:
+  // What one frame is read into. Its payload's reads lie one behind the other, so that it need not be moved.
+  struct Buffers {
+    Bytes leader, payload, trailer;
+  };
+
+  std::size_t reads() const { return layout_.transfers + (layout_.last_transfer != 0 ? 3 : 2); }
+  std::span<std::uint8_t> PlaceOfRead(Buffers& buffers, std::size_t index) const;
+  Buffers TakeSpare();
   void Post();
-  std::size_t SizeOfRead(std::size_t index) const;
-  std::optional<Frame> Take(ByteView data, std::size_t posted);
+  void Forget();
+  std::optional<Frame> Take(std::size_t size);
   [[noreturn]] void Fail(const std::string& cause);
 
   UsbPort& port_;
   const StreamLayout layout_;
-  std::deque<Bytes> posted_;      // oldest first, as the reads are
-  std::vector<Bytes> spare_;
-  std::size_t posted_bytes_ = 0;
-  std::size_t next_read_ = 0;     // of the frame: 0 leader, then the payload's, then the trailer
-  std::size_t next_taken_ = 0;
-  bool shifted_ = false;          // a short payload moved what follows into other reads
+  std::deque<Buffers> frames_;      // of the reads posted and of the frame being taken, oldest first
+  std::vector<Buffers> spare_;
+  std::size_t posted_ = 0, posted_bytes_ = 0;
+  std::size_t next_read_ = 0;       // of the last of frames_: 0 leader, then the payload's, then the trailer
+  std::size_t next_taken_ = 0;      // the same of frames_[taking_]
+  std::size_t taking_ = 0, kept_ = 0;  // frames_[kept_].payload has what came of the payload
+  bool shifted_ = false;            // a short payload moved what follows into other reads
   std::optional<Leader> leader_;
-  Bytes payload_;
+  std::size_t received_ = 0;        // bytes of the payload
   std::optional<std::uint64_t> last_block_;
   std::uint64_t missed_ = 0;
   UsbPort::Status last_status_ = UsbPort::Status::kOk;

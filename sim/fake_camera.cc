@@ -263,9 +263,10 @@ bool FakeCamera::plugged() const {
 void FakeCamera::WaitForChange(std::chrono::milliseconds timeout) {
   std::unique_lock lock(mutex_);
   Clock::time_point end = Clock::now() + timeout;
-  if (!stream_.empty()) end = std::min(end, stream_.front().ready);
+  if (!stream_.empty() && !stream_.front().told) end = std::min(end, stream_.front().ready);
   changed_.wait_until(lock, end, [this] { return changes_ != seen_changes_; });
   seen_changes_ = changes_;
+  if (!stream_.empty()) stream_.front().told = stream_.front().ready <= Clock::now();
 }
 
 void FakeCamera::SetChunks(bool chunks) {

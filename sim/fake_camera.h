@@ -76,6 +76,7 @@ class FakeCamera {
     Bytes bytes;
     Clock::time_point ready;
     bool ends_early = false;  // an empty packet behind it says so, where its length does not
+    bool told = false;        // that it is ready
   };
   std::uint64_t Get(std::uint64_t address, std::size_t size) const;
   void Put(std::uint64_t address, std::uint64_t value, std::size_t size);
