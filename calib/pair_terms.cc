@@ -1,24 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/pair_terms.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace geond::calib {
 namespace {
 
+constexpr float kCrease = 2.5f;  // times the median residual of a view's normals
 constexpr double kTukey = 4.0;  // distances beyond so many scales have no weight
 
 struct Meeting {
   Eigen::Vector3d p_T, q_T, normal_T;
   Eigen::Vector3d half_turn_T;  // half the difference of the two normals
   double distance;              // along the mean normal, from q to p
+  bool at_crease;
 };
 
 // Where the points of one view meet the surface seen by another.
 class Meetings {
  public:
   Meetings(const ViewPoints& a, const ViewPoints& b, const Pose& X_TA, const Pose& X_TB, const PairOptions& options)
-      : a_(a), b_(*b.view), target_(b.target), options_(options), R_TA_(X_TA.matrix()), R_TB_(X_TB.matrix()),
+      : a_(a), b_(*b.view), target_(b.target), crease_(b.crease), options_(options), R_TA_(X_TA.matrix()), R_TB_(X_TB.matrix()),
         t_TA_(X_TA.translation()), t_TB_(X_TB.translation()) {
     const Pose X_BA = Inverse(X_TB) * X_TA;
     R_BA_ = X_BA.matrix();
@@ -44,6 +47,7 @@ class Meetings {
     meeting.q_T = R_TB_ * q_B + t_TB_;
     meeting.distance = meeting.normal_T.dot(meeting.p_T - meeting.q_T);
     meeting.half_turn_T = R_TB_ * (0.5 * (n_a - n_b));
+    meeting.at_crease = a_.residuals[i] > a_.crease || b_.normal_residuals[index] > crease_;
     return true;
   }
 
@@ -51,6 +55,7 @@ class Meetings {
   const ViewPoints& a_;
   const RangeView& b_;
   const std::vector<std::uint8_t>& target_;
+  const float crease_;
   const PairOptions& options_;
   Eigen::Matrix3d R_TA_, R_TB_, R_BA_;
   Eigen::Vector3d t_TA_, t_TB_, t_BA_;
@@ -81,9 +86,16 @@ ViewPoints ReadyForRegistration(const RangeView& view) {
       const std::size_t i = view.image.index(column, row);
       ready.points_S.push_back(Unproject(view.sensor, column, row, view.image.depth[i]));
       ready.normals_S.push_back(view.normals_S[i].cast<double>());
+      ready.residuals.push_back(view.normal_residuals.empty() ? 0.0f : view.normal_residuals[i]);
       ready.target[i] = usable(column - 1, row) && usable(column + 1, row) && usable(column, row - 1) &&
                         usable(column, row + 1);
     }
+  }
+  if (!ready.residuals.empty()) {
+    std::vector<float> residuals = ready.residuals;
+    const auto middle = residuals.begin() + static_cast<std::ptrdiff_t>(residuals.size() / 2);
+    std::nth_element(residuals.begin(), middle, residuals.end());
+    ready.crease = kCrease * *middle;
   }
   return ready;
 }
@@ -128,6 +140,11 @@ PairTerm ComparePair(const std::vector<ViewPoints>& views, const std::vector<Pos
     Vector6d off;
     off << arm.cross(meeting.half_turn_T), meeting.half_turn_T;
     noise.noalias() += w * off * off.transpose();
+    if (meeting.at_crease) {
+      const Vector6d row = block.col(filled).head<6>();
+      term.H_creases.noalias() += row * row.transpose();
+      term.noise_creases.noalias() += w * off * off.transpose();
+    }
     if (++filled == kBlock) flush();
   }
   flush();
@@ -135,6 +152,8 @@ PairTerm ComparePair(const std::vector<ViewPoints>& views, const std::vector<Pos
   term.H = information * sums.topLeftCorner<6, 6>();
   term.g = information * sums.col(6).head<6>();
   term.noise = information * noise;
+  term.H_creases *= information;
+  term.noise_creases *= information;
   return term;
 }
 

@@ -18,7 +18,9 @@ struct ViewPoints {
   const RangeView* view = nullptr;
   std::vector<Eigen::Vector3d> points_S;
   std::vector<Eigen::Vector3d> normals_S;
+  std::vector<float> residuals;      // of the normals, m
   std::vector<std::uint8_t> target;  // a pixel: object with a normal, not at the rim of what is seen
+  float crease = 0.0f;               // residual of a normal, m, above which its neighbourhood spans a crease
 };
 ViewPoints ReadyForRegistration(const RangeView& view);
 
@@ -42,6 +44,9 @@ struct PairTerm {
   Matrix6d H = Matrix6d::Zero();
   Vector6d g = Vector6d::Zero();
   Matrix6d noise = Matrix6d::Zero();  // part of H that noise of the normals alone would make
+  // Parts of H and noise by points at creases. A normal there is part of both faces and shows motions along either, which
+  // the faces themselves do not show.
+  Matrix6d H_creases = Matrix6d::Zero(), noise_creases = Matrix6d::Zero();
   std::vector<float> distances;     // |r| of all that met, m
 };
 PairTerm ComparePair(const std::vector<ViewPoints>& views, const std::vector<Pose>& X_TS, int a, int b,

@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include <Eigen/Cholesky>
+#include <Eigen/SVD>
 
 #include "calib/shown_directions.h"
 #include "core/base/parallel.h"
@@ -52,21 +53,34 @@ double MedianPitch(const std::vector<ViewPoints>& views) {
   return Median(pitches);
 }
 
-void Assemble(const std::vector<PairTerm>& terms, Eigen::Index n, Eigen::MatrixXd& H, Eigen::VectorXd& g,
-              Eigen::MatrixXd& noise) {
-  H = Eigen::MatrixXd::Zero(6 * n, 6 * n);
-  g = Eigen::VectorXd::Zero(6 * n);
-  noise = Eigen::MatrixXd::Zero(6 * n, 6 * n);
+// The sums of one of the terms' matrices over all pairs, for the motions of all views.
+Eigen::MatrixXd Assemble(const std::vector<PairTerm>& terms, Eigen::Index n, Matrix6d PairTerm::* part) {
+  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(6 * n, 6 * n);
   for (const auto& term : terms) {
     const Eigen::Index at[2] = {6 * term.a, 6 * term.b};
     for (int r = 0; r < 2; ++r) {
-      g.segment<6>(at[r]) += (r == 0 ? 1.0 : -1.0) * term.g;
-      for (int c = 0; c < 2; ++c) {
-        H.block<6, 6>(at[r], at[c]) += (r == c ? 1.0 : -1.0) * term.H;
-        noise.block<6, 6>(at[r], at[c]) += (r == c ? 1.0 : -1.0) * term.noise;
-      }
+      for (int c = 0; c < 2; ++c) sum.block<6, 6>(at[r], at[c]) += (r == c ? 1.0 : -1.0) * (term.*part);
     }
   }
+  return sum;
+}
+
+Eigen::VectorXd AssembleGradient(const std::vector<PairTerm>& terms, Eigen::Index n) {
+  Eigen::VectorXd g = Eigen::VectorXd::Zero(6 * n);
+  for (const auto& term : terms) {
+    g.segment<6>(6 * term.a) += term.g;
+    g.segment<6>(6 * term.b) -= term.g;
+  }
+  return g;
+}
+
+// Directions of one space, given by orthonormal columns, that lie almost wholly in the other.
+Eigen::MatrixXd Meet(const Eigen::MatrixXd& one, const Eigen::MatrixXd& other) {
+  if (one.cols() == 0 || other.cols() == 0) return Eigen::MatrixXd(one.rows(), 0);
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(other.transpose() * one, Eigen::ComputeThinV);
+  Eigen::Index inside = 0;
+  while (inside < svd.singularValues().size() && svd.singularValues()[inside] > 0.9) ++inside;
+  return one * svd.matrixV().leftCols(inside);
 }
 
 }  // namespace
@@ -114,13 +128,12 @@ Refinement RefinePoses(const std::vector<ViewPoints>& views, PoseModel model, do
                        const RegisterOptions& options, bool fine_only, std::stop_token stop,
                        const std::function<void(int)>& on_round) {
   const Eigen::Vector3d center_T = model.center_T();
-  Refinement run{std::move(model), {}, {}, {}, {}, 0.0, 0.0, 0, false};
+  Refinement run{std::move(model), {}, {}, {}, {}, {}, 0.0, 0.0, 0, false};
   const Eigen::Index n = static_cast<Eigen::Index>(views.size());
   const double pitch = MedianPitch(views);
   const int rounds = std::max(1, options.rounds);
   const int first = fine_only ? static_cast<int>(std::ceil(0.6 * rounds)) : 0;
   std::vector<std::pair<int, int>> pairs;
-  Eigen::VectorXd g;
   double searched = 0.0;  // the distance the pairs were last searched with
   run.scale = options.max_distance / 3.0;
 
@@ -144,13 +157,23 @@ Refinement RefinePoses(const std::vector<ViewPoints>& views, PoseModel model, do
     }
     pair_options.scale = run.scale;
     run.terms = ComparePairs(views, run.model.X_TS(), pairs, center_T, length, pair_options, options.threads);
-    Assemble(run.terms, n, run.H, g, run.noise);
+    run.H = Assemble(run.terms, n, &PairTerm::H);
+    run.noise = Assemble(run.terms, n, &PairTerm::noise);
+    const Eigen::VectorXd g = AssembleGradient(run.terms, n);
 
     const Eigen::MatrixXd J = run.model.Jacobian();
     const Eigen::VectorXd& sigma = run.model.deviations();
     Eigen::MatrixXd H = J.transpose() * run.H * J;
     const Eigen::MatrixXd noise = J.transpose() * run.noise * J;
-    run.shown = FindShownDirections(H, noise, sigma).shown;
+    // With all views on one axis the errors at creases even out; a single free view follows them.
+    const ShownDirections by_faces =
+        FindShownDirections(H - J.transpose() * Assemble(run.terms, n, &PairTerm::H_creases) * J,
+                            noise - J.transpose() * Assemble(run.terms, n, &PairTerm::noise_creases) * J, sigma);
+    run.shown = by_faces.shown;
+    if (run.model.turntable()) {
+      run.shown = FindShownDirections(H, noise, sigma).shown;
+      run.by_creases = Meet(run.shown, by_faces.hidden);
+    }
     // The noise of the normals makes H too large, hence steps too short, where the shape shows little. Half of it is taken
     // off: all would be too much where it is estimated too large, and steps beyond twice the right ones diverge.
     H -= 0.5 * noise;

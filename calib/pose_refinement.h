@@ -18,6 +18,7 @@ struct Refinement {
   std::vector<PairTerm> terms;      // of the last round, without their lists
   Eigen::MatrixXd H, noise;         // 6 a view, sums over the terms
   Eigen::MatrixXd shown;            // directions of the parameters (over their deviations) that were moved
+  Eigen::MatrixXd by_creases;       // of the shown directions those that only creases show; one axis for all views alone
   double scale = 0.0;               // m, robust standard deviation along normals
   double last_step = 0.0;           // m, largest motion of the last round
   int rounds = 0;

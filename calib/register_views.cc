@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 
 #include "calib/pose_refinement.h"
 #include "core/base/printed.h"
@@ -20,6 +21,7 @@ namespace {
 using Model = RegisterOptions::Model;
 
 constexpr double kMaxMisfit = 4.0;        // prior deviations of the measured poses from one axis: more, and there is none
+constexpr double kLeastShare = 0.02;      // of the prior's deviations, that free poses may leave the axis by
 constexpr double kPointsPerDatum = 16.0;  // points of the range images that make one independent datum of the evidence
 
 void Validate(const std::vector<RangeView>& views) {
@@ -91,6 +93,30 @@ bool FreeIsBetter(const Agreement& axis, const Agreement& free, double more_para
   return data * (axis.loss - free.loss) > more_parameters * std::log(data);
 }
 
+// How far free poses left the axis at most, in deviations of the prior, of the directions that the data know well; 1 if these
+// are too few. What repeats in several pairs is counted as four.
+double MovedShare(const Refinement& run) {
+  constexpr double kWell = 500.0, kRepeated = 4.0;
+  constexpr int kFew = 6;
+  const Eigen::VectorXd& sigma = run.model.deviations();
+  const Eigen::MatrixXd J = run.model.Jacobian();
+  const Eigen::MatrixXd H = sigma.asDiagonal() * (J.transpose() * run.H * J) * sigma.asDiagonal();
+  const Eigen::MatrixXd noise = sigma.asDiagonal() * (J.transpose() * run.noise * J) * sigma.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(H - noise);
+  const Eigen::VectorXd moved = eigen.eigenvectors().transpose() * run.model.parameters().cwiseQuotient(sigma);
+  double greatest = 0.0;
+  int known = 0;
+  for (Eigen::Index k = 0; k < moved.size(); ++k) {
+    const double information = eigen.eigenvalues()[k];
+    const auto direction = eigen.eigenvectors().col(k);
+    const double spread = kRepeated * direction.dot(H * direction);  // of the gradient
+    if (information <= 0.0 || information * information < kWell * spread) continue;
+    greatest = std::max(greatest, std::abs(moved[k]));
+    ++known;
+  }
+  return known < kFew ? 1.0 : greatest;
+}
+
 std::vector<std::string> NotesOnOverlap(const std::vector<ViewPoints>& views, const std::vector<PairTerm>& terms) {
   const std::size_t n = views.size();
   std::vector<std::size_t> group(n);
@@ -158,6 +184,22 @@ std::vector<std::string> NotesOnShape(const Refinement& run, const Extent& exten
   return DescribeHiddenMotions(H, noise, sigma, run.model.center_T(), extent.length);
 }
 
+// Where the sensor stands against the axis, as far as only edges show it.
+std::vector<std::string> NotesOnCreases(const Refinement& run) {
+  std::vector<std::string> notes;
+  for (Eigen::Index k = 0; k < run.by_creases.cols(); ++k) {
+    const Eigen::VectorXd motion = run.model.deviations().cwiseProduct(run.by_creases.col(k));
+    const Eigen::Vector3d shift = motion.segment<3>(3);
+    if (shift.norm() < 0.7 * motion.norm()) continue;
+    Eigen::Index largest;
+    shift.cwiseAbs().maxCoeff(&largest);
+    const Eigen::Vector3d d = (shift / std::copysign(shift.norm(), shift[largest])).array() + 0.0;
+    notes.push_back(Printed("only edges show how far the sensor stands from the axis along (%.2f, %.2f, %.2f): that is uncertain "
+                            "by some 0.1 mm; views between would show it", d.x(), d.y(), d.z()));
+  }
+  return notes;
+}
+
 void NoteDrift(const RegisterOptions& options, RegistrationResult& result) {
   const double turn = result.sensor_correction.head<3>().norm(), shift = result.sensor_correction.tail<3>().norm();
   if (turn > options.prior_rotation || shift > 2.0 * options.prior_translation) {
@@ -206,7 +248,17 @@ RegistrationResult RegisterViews(const std::vector<RangeView>& views, const Regi
   };
 
   // Free poses start from the axis that explains the measured ones best: directions that the shape does not show are then
-  // as good as the mean of all views, not as each single one.
+  // as good as the mean of all views, not as each single one. How far the well shown directions go from there tells how much
+  // to trust the axis in those that the shape hardly shows.
+  const auto refine_from_axis = [&](const std::vector<Pose>& X_TS, bool fine_only) {
+    const auto from = [&](double share) {
+      const PosePrior near{share * prior.rotation, share * prior.translation, prior.angle};
+      return PoseModel::Free(X_TS, extent.center_T, extent.length, near);
+    };
+    Refinement free = refine(from(1.0), fine_only);
+    const double share = std::max(kLeastShare, MovedShare(free));
+    return share < 0.5 ? refine(from(share), true) : free;
+  };
   std::optional<Refinement> run;
   PoseModel turntable = PoseModel::Turntable(measured, angles, extent.center_T, extent.length, prior);
   if (options.model == Model::kTurntable || turntable.misfit() <= kMaxMisfit) {
@@ -214,10 +266,12 @@ RegistrationResult RegisterViews(const std::vector<RangeView>& views, const Regi
   } else if (options.model == Model::kAuto) {
     result.notes.push_back("the measured poses do not turn about one axis by the table's angles: views refined freely");
   }
-  if (!run || options.model == Model::kFree) {
-    run = refine(PoseModel::Free(run ? run->model.X_TS() : measured, extent.center_T, extent.length, prior), false);
+  if (!run) {
+    run = refine(PoseModel::Free(measured, extent.center_T, extent.length, prior), false);
+  } else if (options.model == Model::kFree) {
+    run = refine_from_axis(run->model.X_TS(), false);
   } else if (options.model == Model::kAuto) {
-    Refinement free = refine(PoseModel::Free(run->model.X_TS(), extent.center_T, extent.length, prior), true);
+    Refinement free = refine_from_axis(run->model.X_TS(), true);
     const double scale = run->scale, reach = std::min(options.max_distance, 10.0 * scale);
     const auto as_axis = Agree(ready, run->model.X_TS(), extent, reach, scale, options.samples, options.threads);
     const auto as_free = Agree(ready, free.model.X_TS(), extent, reach, scale, options.samples, options.threads);
@@ -248,6 +302,7 @@ RegistrationResult RegisterViews(const std::vector<RangeView>& views, const Regi
   SetCovariances(*run, extent, result);
   for (auto& note : NotesOnOverlap(ready, after.terms)) result.notes.push_back(std::move(note));
   for (auto& note : NotesOnShape(*run, extent, options)) result.notes.push_back(std::move(note));
+  for (auto& note : NotesOnCreases(*run)) result.notes.push_back(std::move(note));
   NoteDrift(options, result);
   result.summary.iterations = run->rounds;
   result.summary.residual = run->last_step / extent.length;

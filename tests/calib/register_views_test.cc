@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/register_views.h"
 
+#include <algorithm>
+
 #include <gtest/gtest.h>
 
 #include "calib/make_view.h"
@@ -214,6 +216,34 @@ TEST(RegisterViews, NamesTheTurnThatACylinderHides) {
   });
   EXPECT_EQ(named, 1) << testing::PrintToString(result.notes);
   EXPECT_LT(ComparePoses(start.views, result.X_TS, start.truth).displacement_rms, 4e-5);
+}
+
+// Two boxes, one on the other, sides along the axes.
+SyntheticScene Steps() {
+  SyntheticScene scene;
+  scene.boxes = {{{-0.035, -0.025, 0.0}, {0.030, 0.025, 0.030}}, {{-0.010, -0.015, 0.030}, {0.025, 0.020, 0.060}}};
+  return scene;
+}
+
+// Each of four views has one side for itself and the tops in common; with eight every side is seen by three.
+TEST(RegisterViews, SaysWhatOnlyEdgesShow) {
+  for (const int n : {4, 8}) {
+    Start start = SyntheticStart(Steps(), n, 0.0002);
+    RegisterOptions options;
+    options.model = Model::kTurntable;
+    const auto result = RegisterViews(StartingAt(start.views, Perturbed(start.truth, 0.006, 0.0005, 3)), options);
+    const auto said = std::ranges::count_if(result.notes, [](const auto& note) { return note.starts_with("only edges"); });
+    EXPECT_EQ(said, n == 4 ? 2 : 0) << n;
+  }
+}
+
+// A view that faces a side shows no shift along it but by its edges, where normals are part of both faces.
+TEST(RegisterViews, FreePosesDoNotFollowEdges) {
+  Start start = SyntheticStart(Steps(), 8, 0.0002);
+  RegisterOptions options;
+  options.model = Model::kFree;
+  const auto views = StartingAt(start.views, Perturbed(start.truth, 0.006, 0.0005, 5));
+  EXPECT_LT(ComparePoses(views, RegisterViews(views, options).X_TS, start.truth).normal_rms, 2.5e-5);
 }
 
 TEST(RegisterViews, SaysWhichViewsDoNotOverlap) {
