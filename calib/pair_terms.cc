@@ -108,6 +108,7 @@ PairTerm ComparePair(const std::vector<ViewPoints>& views, const std::vector<Pos
   const ViewPoints& from = views[a];
   const std::size_t n = from.points_S.size();
   const std::size_t take = std::min<std::size_t>(n, std::max(1, options.samples));
+  const std::size_t first = n == 0 ? 0 : (static_cast<std::size_t>(b) * 7919) % n;  // others of the points with each view
   const Meetings meetings(from, views[b], X_TS[a], X_TS[b], options);
 
   // Rows (m x n, n, r) by blocks: the products of a whole block at once are what the processor does well.
@@ -125,7 +126,7 @@ PairTerm ComparePair(const std::vector<ViewPoints>& views, const std::vector<Pos
   Matrix6d noise = Matrix6d::Zero();
   Meeting meeting;
   for (std::size_t k = 0; k < take; ++k) {
-    const std::size_t i = k * n / take;
+    const std::size_t i = (k * n + first) / take;
     if (!meetings.Find(i, meeting)) continue;
     ++term.points;
     term.distances.push_back(static_cast<float>(std::abs(meeting.distance)));

@@ -17,6 +17,7 @@
 namespace geond::calib {
 namespace {
 
+constexpr double kPartners = 8.0;      // views that a view is compared with at full sampling; with more, less of each
 constexpr double kLeastScale = 2e-6;  // m: exact data need a scale too
 
 double Median(std::vector<float>& values) {
@@ -131,6 +132,8 @@ Refinement RefinePoses(const std::vector<ViewPoints>& views, PoseModel model, do
   Refinement run{std::move(model), {}, {}, {}, {}, {}, 0.0, 0.0, 0, false};
   const Eigen::Index n = static_cast<Eigen::Index>(views.size());
   const double pitch = MedianPitch(views);
+  double points = 0.0;  // of the largest view
+  for (const auto& view : views) points = std::max(points, static_cast<double>(view.points_S.size()));
   const int rounds = std::max(1, options.rounds);
   const int first = fine_only ? static_cast<int>(std::ceil(0.6 * rounds)) : 0;
   std::vector<std::pair<int, int>> pairs;
@@ -146,14 +149,16 @@ Refinement RefinePoses(const std::vector<ViewPoints>& views, PoseModel model, do
       searched = level.max_distance;
     }
     PairOptions pair_options;
-    pair_options.samples = level.samples;
+    const double partners = static_cast<double>(pairs.size()) / static_cast<double>(n);
+    const auto samples = static_cast<int>(std::min<double>(level.samples, points) * std::min(1.0, kPartners / partners));
+    pair_options.samples = samples;
     pair_options.max_distance = level.max_distance;
     pair_options.min_cosine = level.min_cosine;
     if (round == first) {  // only to learn the scale
       pair_options.samples = 300;
       const auto probe = ComparePairs(views, run.model.X_TS(), pairs, center_T, length, pair_options, options.threads);
       run.scale = std::max(kLeastScale, RobustScale(probe));
-      pair_options.samples = level.samples;
+      pair_options.samples = samples;
     }
     pair_options.scale = run.scale;
     run.terms = ComparePairs(views, run.model.X_TS(), pairs, center_T, length, pair_options, options.threads);
