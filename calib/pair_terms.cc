@@ -47,7 +47,8 @@ class Meetings {
     meeting.q_T = R_TB_ * q_B + t_TB_;
     meeting.distance = meeting.normal_T.dot(meeting.p_T - meeting.q_T);
     meeting.half_turn_T = R_TB_ * (0.5 * (n_a - n_b));
-    meeting.at_crease = a_.residuals[i] > a_.crease || b_.normal_residuals[index] > crease_;
+    meeting.at_crease = a_.residuals[i] > a_.crease ||
+                        (!b_.normal_residuals.empty() && b_.normal_residuals[index] > crease_);
     return true;
   }
 
@@ -71,6 +72,13 @@ double TukeyLoss(double weight) { return kTukey * kTukey / 3.0 * (1.0 - weight *
 
 }  // namespace
 
+double Median(std::vector<float>& values) {
+  if (values.empty()) return 0.0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
 ViewPoints ReadyForRegistration(const RangeView& view) {
   ViewPoints ready;
   ready.view = &view;
@@ -91,12 +99,8 @@ ViewPoints ReadyForRegistration(const RangeView& view) {
                         usable(column, row + 1);
     }
   }
-  if (!ready.residuals.empty()) {
-    std::vector<float> residuals = ready.residuals;
-    const auto middle = residuals.begin() + static_cast<std::ptrdiff_t>(residuals.size() / 2);
-    std::nth_element(residuals.begin(), middle, residuals.end());
-    ready.crease = kCrease * *middle;
-  }
+  std::vector<float> residuals = ready.residuals;
+  ready.crease = kCrease * static_cast<float>(Median(residuals));
   return ready;
 }
 

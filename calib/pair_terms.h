@@ -24,6 +24,9 @@ struct ViewPoints {
 };
 ViewPoints ReadyForRegistration(const RangeView& view);
 
+// The middle value, or 0 of none; reorders them.
+double Median(std::vector<float>& values);
+
 struct PairOptions {
   double max_distance = 0.010;  // m, between a point and what it meets
   double min_cosine = 0.7;      // of the two normals

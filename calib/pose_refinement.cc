@@ -20,13 +20,6 @@ namespace {
 constexpr double kPartners = 8.0;      // views that a view is compared with at full sampling; with more, less of each
 constexpr double kLeastScale = 2e-6;  // m: exact data need a scale too
 
-double Median(std::vector<float>& values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 // How one round compares the views.
 struct Level {
   int samples;

@@ -246,6 +246,15 @@ TEST(RegisterViews, FreePosesDoNotFollowEdges) {
   EXPECT_LT(ComparePoses(views, RegisterViews(views, options).X_TS, start.truth).normal_rms, 2.5e-5);
 }
 
+TEST(RegisterViews, NeedsNoResidualsOfTheNormals) {
+  Start start = SyntheticStart(Steps(), 8, 0.0002);
+  for (auto& view : start.views) view.normal_residuals.clear();
+  const auto views = StartingAt(start.views, Perturbed(start.truth, 0.006, 0.0005, 3));
+  RegisterOptions options;
+  options.model = Model::kTurntable;
+  EXPECT_LT(ComparePoses(views, RegisterViews(views, options).X_TS, start.truth).normal_rms, 2e-5);
+}
+
 TEST(RegisterViews, SaysWhichViewsDoNotOverlap) {
   Start start = SyntheticStart(BoxAndSphere(), 4, 0.0002);
   for (auto& what : start.views[2].classes) what = PixelClass::kNothing;
