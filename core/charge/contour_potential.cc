@@ -108,21 +108,6 @@ void ContourPotential::FindPairs() {
   far_ = SortByTarget(far, cells_.size());
 }
 
-ContourPotential::Lists ContourPotential::SortByTarget(const std::vector<std::pair<int, int>>& pairs,
-                                                       std::size_t targets) {
-  Lists lists;
-  lists.begin.assign(targets + 1, 0);
-  for (const auto& [target, source] : pairs) ++lists.begin[target + 1];
-  for (std::size_t t = 0; t < targets; ++t) lists.begin[t + 1] += lists.begin[t];
-  lists.source.resize(pairs.size());
-  std::vector<std::size_t> next(lists.begin.begin(), lists.begin.end() - 1);
-  for (const auto& [target, source] : pairs) lists.source[next[target]++] = source;
-  for (std::size_t t = 0; t < targets; ++t) {
-    std::sort(lists.source.begin() + lists.begin[t], lists.source.begin() + lists.begin[t + 1]);
-  }
-  return lists;
-}
-
 void ContourPotential::MakeNear(const std::stop_token& stop) {
   std::size_t total = 0;
   for (std::size_t target = 0; target < cells_.size(); ++target) {

@@ -5,10 +5,11 @@
 #include <cstddef>
 #include <span>
 #include <stop_token>
-#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
+
+#include "core/charge/source_lists.h"
 
 namespace geond::charge {
 
@@ -47,14 +48,9 @@ class ContourPotential {
     double radius = 0.0;  // reach of the segments from the centre
     std::ptrdiff_t count() const { return end - begin; }
   };
-  struct Lists {  // sources of target t: from begin[t] to begin[t + 1]
-    std::vector<std::size_t> begin;
-    std::vector<int> source;
-  };
   void MakeCells();
   void FindPairs();
   void MakeNear(const std::stop_token& stop);
-  static Lists SortByTarget(const std::vector<std::pair<int, int>>& pairs, std::size_t targets);
   void Gather(std::span<const double> charge, std::vector<Complex>& multipoles) const;
   void ShiftUp(const Cell& from, const Complex* child, const Cell& to, Complex* parent) const;
   void Across(int target, const std::vector<Complex>& multipoles, Complex* local) const;
@@ -64,7 +60,7 @@ class ContourPotential {
   int order_, threads_;
   std::vector<Cell> cells_;
   std::vector<int> level_begin_;
-  Lists near_, far_;
+  SourceLists near_, far_;
   std::vector<std::size_t> near_begin_;  // of each near pair's block, column-major, into near_values_
   std::vector<double> near_values_;
   Eigen::MatrixXd choose_;  // binomial coefficients

@@ -57,7 +57,7 @@ struct Between {
 }  // namespace
 
 template <typename Real>
-FarField<Real>::FarField(const TriangleMesh& mesh, const Panels& panels, const Tree& tree, const Interactions::Lists& far,
+FarField<Real>::FarField(const TriangleMesh& mesh, const Panels& panels, const Tree& tree, const SourceLists& far,
                          int order, std::span<const RulePoint> rule, int threads, const Kernels& kernels)
     : tree_(tree), kernels_(kernels), rule_(rule), order_(order), count_(CoefficientCount(order)), stride_(Padded(count_)),
       threads_(threads) {
@@ -113,7 +113,7 @@ void FarField<Real>::MakeShifts() {
 }
 
 template <typename Real>
-void FarField<Real>::MakeBatches(const Interactions::Lists& far) {
+void FarField<Real>::MakeBatches(const SourceLists& far) {
   const int cells = static_cast<int>(tree_.cells.size());
   const int group_size = std::clamp(cells / 8, 64, 4096);
   for (int first = 0; first < cells; first += group_size) group_cells_.push_back(first);

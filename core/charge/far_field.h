@@ -7,9 +7,9 @@
 #include <span>
 #include <vector>
 
-#include "core/charge/interactions.h"
 #include "core/charge/kernels.h"
 #include "core/charge/quadrature.h"
+#include "core/charge/source_lists.h"
 #include "core/charge/tree.h"
 
 namespace geond::charge {
@@ -21,7 +21,7 @@ template <typename Real>
 class FarField {
  public:
   // `rule` says which points stand for a triangle in the multipoles.
-  FarField(const TriangleMesh& mesh, const Panels& panels, const Tree& tree, const Interactions::Lists& far, int order,
+  FarField(const TriangleMesh& mesh, const Panels& panels, const Tree& tree, const SourceLists& far, int order,
            std::span<const RulePoint> rule, int threads, const Kernels& kernels);
 
   // Takes in the densities x; AddPotential then has their far potential.
@@ -42,7 +42,7 @@ class FarField {
   std::size_t matrix_size() const { return static_cast<std::size_t>(count_) * stride_; }
   void PlacePoints(const TriangleMesh& mesh, const Panels& panels);
   void MakeShifts();
-  void MakeBatches(const Interactions::Lists& far);
+  void MakeBatches(const SourceLists& far);
   void Gather(std::span<const Real> x);
   void Across();
   void Scatter();

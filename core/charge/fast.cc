@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/base/parallel.h"
+#include "core/charge/coarse.h"
 #include "core/charge/far_field.h"
 #include "core/charge/gmres.h"
 #include "core/charge/interactions.h"
@@ -16,7 +17,7 @@
 // The solver in order: an octree over the centroids (tree.h); who is near and who is far, by one dual traversal
 // (interactions.h); the near pairs' integrals, computed once and held (near_field.h); the far pairs by multipoles, whose
 // matrices are few because cells sit on a grid (far_field.h, harmonics.h); each leaf solved with its surroundings as
-// preconditioner (schwarz.h); flexible GMRES around it all (gmres.h). Single precision carries everything but the iteration
+// preconditioner (schwarz.h), and the whole coarsely (coarse.h); flexible GMRES around it all (gmres.h). Single precision carries everything but the iteration
 // itself until a tolerance below 1e-4 is asked for. Every sum is taken in an order that threads do not change.
 namespace geond::charge {
 namespace {
@@ -61,11 +62,13 @@ UnitPotentialSolution Solve(const TriangleMesh& mesh, const Panels& panels, cons
   report.far_seconds = phase.Lap();
   step("charge: preconditioner", 0);
   const SchwarzInverse inverse(panels, tree, interactions.near, near, settings.local_triangles, threads, kernels);
+  const CoarseInverse coarse(panels, tree, interactions, near, settings.coarse_triangles, threads);
   report.preconditioner_seconds = phase.Lap();
 
   report.cells = tree.cells.size();
   report.leaves = tree.leaves.size();
-  report.near_pairs = (near.bytes() - interactions.near.source.size() * sizeof(std::size_t)) / sizeof(Real);
+  report.near_pairs = near.pairs();
+  report.exact_pairs = near.exact_pairs();
   report.far_pairs = interactions.far.source.size();
   report.matrices = far.matrices();
   report.near_bytes = near.bytes();
@@ -88,7 +91,10 @@ UnitPotentialSolution Solve(const TriangleMesh& mesh, const Panels& panels, cons
     });
     report.product_seconds += watch.Lap();
   };
-  const LinearMap precondition = [&](std::span<const double> x, std::span<double> y) { inverse.Apply(x, y); };
+  const LinearMap precondition = [&](std::span<const double> x, std::span<double> y) {
+    inverse.Apply(x, y);
+    coarse.Correct(x, y);
+  };
   GmresOptions options;
   options.tolerance = settings.residual;
   options.max_iterations = 150;
@@ -124,6 +130,7 @@ FastSettings FastSettingsFor(double tolerance, std::size_t triangles) {
   FastSettings settings;
   settings.error = tolerance;
   settings.residual = 1e-6 * tolerance;
+  settings.coarse_triangles = std::max(settings.coarse_triangles, static_cast<int>(triangles / 200));
   if (tolerance >= kLeastSingleTolerance) {
     const bool coarse = tolerance >= 5e-4;
     settings.order = (triangles <= 20000 ? 5 : triangles <= 300000 ? 6 : 7) + (coarse ? 0 : 2);

@@ -22,6 +22,7 @@ struct FastSettings {
   int leaf_capacity = 32;       // triangles
   NearRule near;
   int local_triangles = 64;     // of a local solve of the preconditioner
+  int coarse_triangles = 1000;  // most in a cell of its coarse level
   double error = 5e-4;          // of the density, estimated, rms relative to its mean, at which the iteration ends
   double residual = 1e-9;       // relative, of the potential, at which it ends in any case
 };
@@ -33,7 +34,7 @@ FastSettings FastSettingsFor(double tolerance, std::size_t triangles);
 
 // What the fast solver did, beside the solution.
 struct FastReport {
-  std::size_t cells = 0, leaves = 0, near_pairs = 0, far_pairs = 0, matrices = 0;
+  std::size_t cells = 0, leaves = 0, near_pairs = 0, exact_pairs = 0, far_pairs = 0, matrices = 0;
   std::size_t near_bytes = 0, far_bytes = 0, preconditioner_bytes = 0;
   double tree_seconds = 0.0, near_seconds = 0.0, far_seconds = 0.0, preconditioner_seconds = 0.0;
   double product_seconds = 0.0;  // of all the products in the iteration

@@ -49,20 +49,6 @@ class Traversal {
   std::vector<int> leaf_of_cell_;
 };
 
-Interactions::Lists SortByTarget(const std::vector<Pair>& pairs, std::size_t targets) {
-  Interactions::Lists lists;
-  lists.begin.assign(targets + 1, 0);
-  for (const auto& [target, source] : pairs) ++lists.begin[target + 1];
-  for (std::size_t t = 0; t < targets; ++t) lists.begin[t + 1] += lists.begin[t];
-  lists.source.resize(pairs.size());
-  std::vector<std::size_t> next(lists.begin.begin(), lists.begin.end() - 1);
-  for (const auto& [target, source] : pairs) lists.source[next[target]++] = source;
-  for (std::size_t t = 0; t < targets; ++t) {
-    std::sort(lists.source.begin() + lists.begin[t], lists.source.begin() + lists.begin[t + 1]);
-  }
-  return lists;
-}
-
 }  // namespace
 
 Interactions FindInteractions(const Tree& tree, const FarRule& rule) {

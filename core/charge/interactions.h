@@ -2,8 +2,8 @@
 #pragma once
 
 #include <cstddef>
-#include <vector>
 
+#include "core/charge/source_lists.h"
 #include "core/charge/tree.h"
 
 namespace geond::charge {
@@ -11,13 +11,8 @@ namespace geond::charge {
 // Who acts on whom, and how: every pair of triangles is either near, by way of two leaves, or far, by way of two cells that
 // hold them.
 struct Interactions {
-  // Sources for each target: those of target t stand from begin[t] to begin[t + 1], in order.
-  struct Lists {
-    std::vector<std::size_t> begin;
-    std::vector<int> source;
-  };
-  Lists near;  // places among the leaves
-  Lists far;   // places among the cells
+  SourceLists near;  // places among the leaves
+  SourceLists far;   // places among the cells
 };
 
 // When two cells are far: when both the source's multipoles and the target's local terms converge by a ratio of at most

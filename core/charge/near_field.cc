@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <cstring>
 #include <utility>
@@ -88,8 +89,10 @@ class ColumnFiller {
     const Cell* leaf;
     Real* values;
   };
-  // What lies too near for quadrature, exactly: for each source triangle its points in all the leaves together.
-  void FillExact(std::span<const Target> targets) {
+  // What lies too near for quadrature, exactly: for each source triangle its points in all the leaves together. Returns
+  // how many there are.
+  std::size_t FillExact(std::span<const Target> targets) {
+    std::size_t total = 0;
     for (int s = 0; s < source_->count(); ++s) {
       x_.clear(), y_.clear(), z_.clear(), to_.clear();
       for (const Target& target : targets) {
@@ -112,7 +115,9 @@ class ColumnFiller {
       integral_.resize(x_.size());
       kernels_.triangle_potential(frames_[s], x_.data(), y_.data(), z_.data(), static_cast<int>(x_.size()), integral_.data());
       for (std::size_t i = 0; i < to_.size(); ++i) *to_[i] = static_cast<Real>(integral_[i]);
+      total += to_.size();
     }
+    return total;
   }
 
  private:
@@ -148,7 +153,7 @@ class ColumnFiller {
 
 template <typename Real>
 NearField<Real>::NearField(const TriangleMesh& mesh, const Panels& panels, const Tree& tree,
-                           const Interactions::Lists& near, const NearRule& rule, int threads, const Kernels& kernels)
+                           const SourceLists& near, const NearRule& rule, int threads, const Kernels& kernels)
     : tree_(tree), near_(near), kernels_(kernels), block_begin_(near.source.size()) {
   const std::size_t leaves = tree.leaves.size();
   for (std::size_t target = 0; target < leaves; ++target) {
@@ -174,6 +179,7 @@ NearField<Real>::NearField(const TriangleMesh& mesh, const Panels& panels, const
   }
   constexpr std::ptrdiff_t kSources = 16;  // source leaves to a task
   const LeafPoints<Real> points(tree, panels);
+  std::atomic<std::size_t> exact_pairs{0};
   ParallelFor((static_cast<std::ptrdiff_t>(leaves) + kSources - 1) / kSources, threads, 1, [&](std::ptrdiff_t task) {
     ColumnFiller<Real> filler(points, rule, kernels);
     std::vector<typename ColumnFiller<Real>::Target> targets;
@@ -186,9 +192,10 @@ NearField<Real>::NearField(const TriangleMesh& mesh, const Panels& panels, const
         targets.push_back({static_cast<std::size_t>(target), &tree.cells[tree.leaves[target]], &values_[block_begin_[pair]]});
         filler.Fill(targets.back().leaf_place, *targets.back().leaf, targets.back().values);
       }
-      filler.FillExact(targets);
+      exact_pairs += filler.FillExact(targets);
     }
   });
+  exact_pairs_ = exact_pairs;
 }
 
 template <typename Real>

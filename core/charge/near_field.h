@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "core/charge/interactions.h"
 #include "core/charge/kernels.h"
+#include "core/charge/source_lists.h"
 #include "core/charge/tree.h"
 
 namespace geond::charge {
@@ -25,7 +25,7 @@ struct NearRule {
 template <typename Real>
 class NearField {
  public:
-  NearField(const TriangleMesh& mesh, const Panels& panels, const Tree& tree, const Interactions::Lists& near,
+  NearField(const TriangleMesh& mesh, const Panels& panels, const Tree& tree, const SourceLists& near,
             const NearRule& rule, int threads, const Kernels& kernels);
 
   // potential[i] += sum over the near triangles of leaf `leaf`, for its triangles i = 0, 1, ...
@@ -34,14 +34,16 @@ class NearField {
   // The columns of leaf `source` in the rows of leaf `target`, or null if they are far.
   const Real* Block(int target, int source) const;
 
+  std::size_t pairs() const { return value_count_; }
+  std::size_t exact_pairs() const { return exact_pairs_; }  // whose integral was taken exactly
   std::size_t bytes() const { return value_count_ * sizeof(Real) + block_begin_.size() * sizeof(std::size_t); }
 
  private:
   const Tree& tree_;
-  const Interactions::Lists& near_;
+  const SourceLists& near_;
   const Kernels& kernels_;
   std::vector<std::size_t> block_begin_;  // of each pair of `near`, into values_
-  std::size_t value_count_ = 0;
+  std::size_t value_count_ = 0, exact_pairs_ = 0;
   std::unique_ptr<Real[]> values_;
 };
 

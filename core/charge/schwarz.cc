@@ -36,7 +36,7 @@ struct Places {
 };
 
 // The `wanted` triangles of near leaves that lie nearest to the box around the leaf's own centroids, in order.
-void ChooseHalo(int leaf, const Places& places, const Tree& tree, const Interactions::Lists& near, int wanted,
+void ChooseHalo(int leaf, const Places& places, const Tree& tree, const SourceLists& near, int wanted,
                 std::vector<std::uint64_t>& candidates, std::vector<int>& halo) {
   halo.clear();
   if (wanted <= 0) return;
@@ -120,7 +120,7 @@ class LocalMatrix {
 }  // namespace
 
 template <typename Real>
-SchwarzInverse::SchwarzInverse(const Panels& panels, const Tree& tree, const Interactions::Lists& near,
+SchwarzInverse::SchwarzInverse(const Panels& panels, const Tree& tree, const SourceLists& near,
                                const NearField<Real>& matrix, int most, int threads, const Kernels& kernels)
     : tree_(tree), kernels_(kernels), threads_(threads) {
   const std::size_t leaves = tree.leaves.size();
@@ -192,9 +192,9 @@ void SchwarzInverse::Apply(std::span<const double> x, std::span<double> y) const
   });
 }
 
-template SchwarzInverse::SchwarzInverse(const Panels&, const Tree&, const Interactions::Lists&, const NearField<float>&, int,
+template SchwarzInverse::SchwarzInverse(const Panels&, const Tree&, const SourceLists&, const NearField<float>&, int,
                                         int, const Kernels&);
-template SchwarzInverse::SchwarzInverse(const Panels&, const Tree&, const Interactions::Lists&, const NearField<double>&, int,
+template SchwarzInverse::SchwarzInverse(const Panels&, const Tree&, const SourceLists&, const NearField<double>&, int,
                                         int, const Kernels&);
 
 }  // namespace geond::charge

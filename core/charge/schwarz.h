@@ -7,6 +7,7 @@
 
 #include "core/charge/kernels.h"
 #include "core/charge/near_field.h"
+#include "core/charge/source_lists.h"
 #include "core/charge/tree.h"
 
 namespace geond::charge {
@@ -18,7 +19,7 @@ class SchwarzInverse {
  public:
   // Takes the entries from the near field; a leaf and its halo make up to `most` triangles.
   template <typename Real>
-  SchwarzInverse(const Panels& panels, const Tree& tree, const Interactions::Lists& near, const NearField<Real>& matrix,
+  SchwarzInverse(const Panels& panels, const Tree& tree, const SourceLists& near, const NearField<Real>& matrix,
                  int most, int threads, const Kernels& kernels);
 
   // y = M x, in the tree's order.
