@@ -61,7 +61,7 @@ StripMatrix Assemble(const TriangleMesh& mesh, const Panels& panels, const Kerne
       for (std::ptrdiff_t strip = 0; strip < A.strips(); ++strip) {
         const std::ptrdiff_t row = strip * StripMatrix::kRows;
         for (std::ptrdiff_t k = begin; k < end; ++k) {
-          kernels.triangle_potential(frames[k], &panels.x[row], &panels.y[row], &panels.z[row],
+          kernels.double_precision.triangle_potential(frames[k], &panels.x[row], &panels.y[row], &panels.z[row],
                                      static_cast<int>(A.rows(strip)), A.column(strip, k));
         }
       }

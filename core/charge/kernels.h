@@ -18,15 +18,16 @@ struct CellPair {
 struct Kernels {
   const char* name;
 
-  // out[i] = integral over the triangle of dS'/|r_i - r'| at n points r_i = (x[i], y[i], z[i]). The same bits from every
-  // instruction set.
-  void (*triangle_potential)(const TriangleFrame& triangle, const double* x, const double* y, const double* z, int n,
-                             double* out);
-
   // The loops of both precisions. Vectors of harmonics (harmonics.h) are padded with zeros to `stride` numbers, a multiple
   // of kPadding; so are the points of a leaf, with charges 0.
   template <typename Real>
   struct Loops {
+    // out[i] = integral over the triangle of dS'/|r_i - r'| at n points r_i = (x[i], y[i], z[i]). In double precision the
+    // same bits from every instruction set; in single precision good to some 1e-6 of the greatest, if the triangle lies
+    // near the origin and the points near it.
+    void (*triangle_potential)(const TriangleFrameOf<Real>& triangle, const Real* x, const Real* y, const Real* z, int n,
+                               Real* out);
+
     // y += A x for a column-major block of `rows` by `columns`. Up to kPadding numbers behind the block are read.
     void (*multiply)(const Real* A, int rows, std::ptrdiff_t columns, const Real* x, Real* y);
 

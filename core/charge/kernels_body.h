@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstddef>
-#include <cstring>
-
 #include "core/charge/kernels.h"
 #include "core/charge/kernels_inverse.h"
 #include "core/charge/kernels_loops.h"
@@ -13,29 +10,33 @@
 namespace geond::charge {
 namespace {
 
-void TrianglePotentialAt(const TriangleFrame& triangle, const double* x, const double* y, const double* z, int n,
-                         double* out) {
+template <typename Real>
+void TrianglePotentialAt(const TriangleFrameOf<Real>& triangle, const Real* x, const Real* y, const Real* z, int n,
+                         Real* out) {
+  using Pack = typename PackOf<Real>::type;
+  constexpr int kLanes = kPackBytes / sizeof(Real);
   int i = 0;
-  for (; i + kDoubles <= n; i += kDoubles) {
-    DoublePack px, py, pz;
-    std::memcpy(&px, x + i, sizeof px);
-    std::memcpy(&py, y + i, sizeof py);
-    std::memcpy(&pz, z + i, sizeof pz);
-    const DoublePack value = TrianglePotentialFormula<DoublePack>(triangle, px, py, pz);
-    std::memcpy(out + i, &value, sizeof value);
+  for (; i + kLanes <= n; i += kLanes) {
+    Store(out + i, TrianglePotentialFormula(triangle, Load<Pack>(x + i), Load<Pack>(y + i), Load<Pack>(z + i)));
   }
   if (i == n) return;
-  DoublePack px = {}, py = {}, pz = {};
-  for (int lane = 0; lane < kDoubles; ++lane) {
+  Pack px = {}, py = {}, pz = {};
+  for (int lane = 0; lane < kLanes; ++lane) {
     const int last = i + lane < n ? i + lane : n - 1;
     px[lane] = x[last], py[lane] = y[last], pz[lane] = z[last];
   }
-  const DoublePack value = TrianglePotentialFormula<DoublePack>(triangle, px, py, pz);
+  const Pack value = TrianglePotentialFormula(triangle, px, py, pz);
   for (int lane = 0; i + lane < n; ++lane) out[i + lane] = value[lane];
 }
 
+template <typename Real>
+constexpr Kernels::Loops<Real> MakeLoops() {
+  return {TrianglePotentialAt<Real>, Multiply<Real>,  PointColumns<Real>, WithinReach<Real>, AddMultipole<Real>,
+          AddPotential<Real>,        Translate<Real>, TranslatePairs<Real>};
+}
+
 constexpr Kernels MakeKernels(const char* name) {
-  return {name, TrianglePotentialAt, MakeLoops<float>(), MakeLoops<double>(), InverseRows};
+  return {name, MakeLoops<float>(), MakeLoops<double>(), InverseRows};
 }
 
 }  // namespace

@@ -330,11 +330,5 @@ void TranslatePairs(const Real* K, int columns, int stride, const CellPair* pair
   if (i < count) TranslatePairsTile<1>(K, columns, stride, pairs + i, signs, M, L);
 }
 
-template <typename Real>
-constexpr Kernels::Loops<Real> MakeLoops() {
-  return {Multiply<Real>, PointColumns<Real>, WithinReach<Real>, AddMultipole<Real>, AddPotential<Real>, Translate<Real>,
-          TranslatePairs<Real>};
-}
-
 }  // namespace
 }  // namespace geond::charge

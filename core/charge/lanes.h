@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <type_traits>
 
 #if defined(__AVX2__)
 #include <immintrin.h>
@@ -27,6 +28,7 @@ constexpr int kPackBytes = 16;
 typedef double DoublePack __attribute__((vector_size(kPackBytes)));
 typedef std::uint64_t BitsPack __attribute__((vector_size(kPackBytes)));
 typedef float FloatPack __attribute__((vector_size(kPackBytes)));
+typedef std::int32_t ShortBitsPack __attribute__((vector_size(kPackBytes)));
 
 constexpr int kDoubles = kPackBytes / sizeof(double);
 constexpr int kFloats = kPackBytes / sizeof(float);
@@ -41,6 +43,24 @@ inline double AtanOfRatio(double y, double x) { return std::atan2(y, x); }
 template <typename Mask>
 inline DoublePack Select(Mask mask, DoublePack a, DoublePack b) {
   return mask ? a : b;
+}
+
+template <typename Mask>
+inline FloatPack Select(Mask mask, FloatPack a, FloatPack b) {
+  return mask ? a : b;
+}
+
+inline FloatPack Abs(FloatPack x) { return (FloatPack)((ShortBitsPack)x & 0x7fffffff); }
+
+inline FloatPack Sqrt(FloatPack x) {
+#if defined(__AVX512F__)
+  return _mm512_maskz_sqrt_ps(0xffff, x);
+#elif defined(__AVX2__)
+  return _mm256_sqrt_ps(x);
+#else
+  for (int i = 0; i < kFloats; ++i) x[i] = std::sqrt(x[i]);
+  return x;
+#endif
 }
 
 inline DoublePack Abs(DoublePack x) { return (DoublePack)((BitsPack)x & 0x7fffffffffffffffu); }
@@ -72,25 +92,38 @@ inline DoublePack Log(DoublePack x) {
   return k * kLn2High + (2.0 * s + (2.0 * s * (z * series) + k * kLn2Low));
 }
 
+inline FloatPack Log(FloatPack x) {
+  constexpr std::int32_t kSqrtHalf = 0x3f3504f3, kOne = 0x3f800000, kMantissa = 0x007fffff;
+  const ShortBitsPack bits = (ShortBitsPack)x + (kOne - kSqrtHalf);
+  const FloatPack k = __builtin_convertvector(bits >> 23, FloatPack) - 127.0f;
+  const FloatPack f = (FloatPack)((bits & kMantissa) + kSqrtHalf) - 1.0f;
+  const FloatPack s = f / (f + 2.0f), z = s * s;
+  const FloatPack series = ((z * (1.0f / 9.0f) + 1.0f / 7.0f) * z + 1.0f / 5.0f) * z + 1.0f / 3.0f;
+  return k * 0.693147181f + 2.0f * (s + s * (z * series));
+}
+
 // The ratio of the lesser to the greater side is brought within tan(pi/16) of 0 by turning the point back by 0, pi/8 or
 // pi/4; the series does the rest.
-inline DoublePack AtanOfRatio(DoublePack y, DoublePack x) {
-  constexpr double kPi = 3.14159265358979323846;
-  constexpr double kTanPi16 = 0.19891236737965800691, kTan3Pi16 = 0.66817863791929891999;
-  constexpr double kTanPi8 = 0.41421356237309504880;
-  const DoublePack a = Abs(x);
+template <typename Pack>
+inline Pack AtanOfRatio(Pack y, Pack x) {
+  using Real = std::remove_cvref_t<decltype(x[0])>;
+  constexpr Real kPi = 3.14159265358979323846;
+  constexpr Real kTanPi16 = 0.19891236737965800691, kTan3Pi16 = 0.66817863791929891999;
+  constexpr Real kTanPi8 = 0.41421356237309504880;
+  constexpr int kLast = sizeof(Real) == sizeof(float) ? 9 : 23;  // degree of the series
+  const Pack a = Abs(x);
   const auto steep = y > a;
-  const DoublePack low = Select(steep, a, y), high = Select(steep, y, a);
+  const Pack low = Select(steep, a, y), high = Select(steep, y, a);
   const auto some = low > high * kTanPi16, more = low > high * kTan3Pi16;
-  const DoublePack zero = a * 0.0;
-  const DoublePack turn = Select(more, zero + 1.0, Select(some, zero + kTanPi8, zero));
-  const DoublePack turned = Select(more, zero + kPi / 4, Select(some, zero + kPi / 8, zero));
-  const DoublePack q = (low - turn * high) / (high + turn * low), z = q * q;
-  DoublePack series = z * (-1.0 / 23.0) + 1.0 / 21.0;
-  for (int n = 19; n >= 3; n -= 2) series = series * z + ((n / 2) % 2 ? -1.0 : 1.0) / n;
-  const DoublePack flat = turned + (q + q * (z * series));
-  const DoublePack angle = Select(steep, kPi / 2 - flat, flat);
-  return Select(x < 0.0, kPi - angle, angle);
+  const Pack zero = a * Real(0);
+  const Pack turn = Select(more, zero + Real(1), Select(some, zero + kTanPi8, zero));
+  const Pack turned = Select(more, zero + kPi / 4, Select(some, zero + kPi / 8, zero));
+  const Pack q = (low - turn * high) / (high + turn * low), z = q * q;
+  Pack series = zero;
+  for (int n = kLast; n >= 3; n -= 2) series = series * z + Real((n / 2) % 2 ? -1.0 : 1.0) / n;
+  const Pack flat = turned + (q + q * (z * series));
+  const Pack angle = Select(steep, kPi / 2 - flat, flat);
+  return Select(x < Real(0), kPi - angle, angle);
 }
 
 }  // namespace

@@ -14,13 +14,11 @@
 namespace geond::charge {
 namespace {
 
-// All centroids, leaf by leaf, each leaf padded: as they are for the exact integral, and in Real, seen from the leaf's
-// centre, for the quadratures.
+// All centroids, leaf by leaf, each leaf padded and seen from its centre.
 template <typename Real>
 struct LeafPoints {
   std::vector<std::size_t> begin;  // of each leaf
-  std::vector<double> x, y, z;
-  std::vector<Real> from_centre_x, from_centre_y, from_centre_z;
+  std::vector<Real> x, y, z;
 
   LeafPoints(const Tree& tree, const Panels& panels) {
     std::size_t total = 0;
@@ -28,17 +26,15 @@ struct LeafPoints {
       begin.push_back(total);
       total += Padded(tree.cells[leaf].count());
     }
-    for (auto* values : {&x, &y, &z}) values->assign(total, 0.0);
-    for (auto* values : {&from_centre_x, &from_centre_y, &from_centre_z}) values->assign(total, Real(0));
+    for (auto* values : {&x, &y, &z}) values->assign(total, Real(0));
     for (std::size_t l = 0; l < tree.leaves.size(); ++l) {
       const Cell& leaf = tree.cells[tree.leaves[l]];
       for (int i = 0; i < leaf.count(); ++i) {
         const int t = tree.order[leaf.begin + i];
         const std::size_t at = begin[l] + i;
-        x[at] = panels.x[t], y[at] = panels.y[t], z[at] = panels.z[t];
-        from_centre_x[at] = static_cast<Real>(x[at] - leaf.centre.x());
-        from_centre_y[at] = static_cast<Real>(y[at] - leaf.centre.y());
-        from_centre_z[at] = static_cast<Real>(z[at] - leaf.centre.z());
+        x[at] = static_cast<Real>(panels.x[t] - leaf.centre.x());
+        y[at] = static_cast<Real>(panels.y[t] - leaf.centre.y());
+        z[at] = static_cast<Real>(panels.z[t] - leaf.centre.z());
       }
     }
   }
@@ -59,8 +55,8 @@ class ColumnFiller {
     largest_ = 0.0;
     for (int i = source.begin; i < source.end; ++i) {
       const int t = tree.order[i];
-      frames_.push_back(FrameOf(mesh, t));
       centroid_.emplace_back(panels.x[t], panels.y[t], panels.z[t]);
+      frames_.push_back(LocalFrameOf<Real>(mesh, t, centroid_.back()));
       reach_.push_back(rule_.exact_within * panels.diameter[t]);
       largest_ = std::max(largest_, panels.diameter[t]);
       rules_[0].Add(kOnePoint, mesh, t, source.centre, panels.area[t]);
@@ -78,8 +74,7 @@ class ColumnFiller {
     const int which = seven ? 2 : nearest < rule_.three_points_within ? 1 : 0;
     const Real shift[3] = {static_cast<Real>(apart.x()), static_cast<Real>(apart.y()), static_cast<Real>(apart.z())};
     const Points& rule = rules_[which];
-    LoopsOf<Real>(kernels_).point_columns(leaf.count(), &points_.from_centre_x[first], &points_.from_centre_y[first],
-                                          &points_.from_centre_z[first], shift, source_->count(), kPointCounts[which],
+    LoopsOf<Real>(kernels_).point_columns(leaf.count(), &points_.x[first], &points_.y[first], &points_.z[first], shift, source_->count(), kPointCounts[which],
                                           rule.x.data(), rule.y.data(), rule.z.data(), rule.weight.data(), values);
   }
 
@@ -104,17 +99,18 @@ class ColumnFiller {
         which_.resize(Padded(leaf.count()));
         const Real centre[3] = {static_cast<Real>(apart.x()), static_cast<Real>(apart.y()), static_cast<Real>(apart.z())};
         const int count = LoopsOf<Real>(kernels_).within_reach(
-            leaf.count(), &points_.from_centre_x[first], &points_.from_centre_y[first], &points_.from_centre_z[first], centre,
+            leaf.count(), &points_.x[first], &points_.y[first], &points_.z[first], centre,
             static_cast<Real>(reach_[s] * reach_[s]), which_.data());
         for (int i = 0; i < count; ++i) {
           const std::size_t at = first + which_[i];
-          x_.push_back(points_.x[at]), y_.push_back(points_.y[at]), z_.push_back(points_.z[at]);
+          x_.push_back(points_.x[at] - centre[0]), y_.push_back(points_.y[at] - centre[1]);
+          z_.push_back(points_.z[at] - centre[2]);
           to_.push_back(target.values + static_cast<std::ptrdiff_t>(s) * leaf.count() + which_[i]);
         }
       }
       integral_.resize(x_.size());
-      kernels_.triangle_potential(frames_[s], x_.data(), y_.data(), z_.data(), static_cast<int>(x_.size()), integral_.data());
-      for (std::size_t i = 0; i < to_.size(); ++i) *to_[i] = static_cast<Real>(integral_[i]);
+      LoopsOf<Real>(kernels_).triangle_potential(frames_[s], x_.data(), y_.data(), z_.data(), static_cast<int>(x_.size()), integral_.data());
+      for (std::size_t i = 0; i < to_.size(); ++i) *to_[i] = integral_[i];
       total += to_.size();
     }
     return total;
@@ -139,12 +135,12 @@ class ColumnFiller {
   const NearRule& rule_;
   const Kernels& kernels_;
   const Cell* source_ = nullptr;
-  std::vector<TriangleFrame> frames_;
+  std::vector<TriangleFrameOf<Real>> frames_;  // each seen from its centroid
   std::vector<Eigen::Vector3d> centroid_;
   std::vector<double> reach_;
   double largest_ = 0.0;  // diameter
   std::array<Points, 3> rules_;
-  std::vector<double> x_, y_, z_, integral_;
+  std::vector<Real> x_, y_, z_, integral_;
   std::vector<Real*> to_;
   std::vector<int> which_;
 };

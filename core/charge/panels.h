@@ -28,4 +28,22 @@ Panels MakePanels(const TriangleMesh& mesh);
 
 TriangleFrame FrameOf(const TriangleMesh& mesh, std::size_t triangle);
 
+// The same in any precision, seen from `origin`.
+template <typename Real>
+TriangleFrameOf<Real> LocalFrameOf(const TriangleMesh& mesh, std::size_t triangle, const Eigen::Vector3d& origin) {
+  const TriangleFrame frame = FrameOf(mesh, triangle);
+  TriangleFrameOf<Real> local;
+  for (int i = 0; i < 3; ++i) {
+    for (int k = 0; k < 3; ++k) {
+      local.vertex[i][k] = static_cast<Real>(frame.vertex[i][k] - origin[k]);
+      local.edge[i][k] = static_cast<Real>(frame.edge[i][k]);
+      local.outward[i][k] = static_cast<Real>(frame.outward[i][k]);
+    }
+    local.length[i] = static_cast<Real>(frame.length[i]);
+    local.normal[i] = static_cast<Real>(frame.normal[i]);
+  }
+  local.twice_area = static_cast<Real>(frame.twice_area);
+  return local;
+}
+
 }  // namespace geond::charge

@@ -10,7 +10,7 @@ double TrianglePotential(const Eigen::Vector3d& r, const Eigen::Vector3d& v1, co
                          const Eigen::Vector3d& v3) {
   const charge::TriangleFrame frame = charge::MakeTriangleFrame(v1, v2, v3);
   if (!(frame.twice_area > 0.0)) return 0.0;
-  return charge::TrianglePotentialFormula<double>(frame, r.x(), r.y(), r.z());
+  return charge::TrianglePotentialFormula(frame, r.x(), r.y(), r.z());
 }
 
 }  // namespace geond

@@ -18,9 +18,10 @@
 namespace geond::charge {
 namespace {
 
-template <typename V>
-inline V TrianglePotentialFormula(const TriangleFrame& t, V x, V y, V z) {
-  constexpr double kTiny = 1e-280;  // keeps 0/0 from arising where its factor is zero
+// In single precision the triangle and the points must be seen from somewhere near both.
+template <typename V, typename Real>
+inline V TrianglePotentialFormula(const TriangleFrameOf<Real>& t, V x, V y, V z) {
+  constexpr Real kTiny = sizeof(Real) == sizeof(float) ? 1e-30 : 1e-280;  // keeps 0/0 from arising where its factor is zero
   V to_vertex[3][3], distance[3];
   for (int i = 0; i < 3; ++i) {
     to_vertex[i][0] = t.vertex[i][0] - x;
@@ -30,10 +31,10 @@ inline V TrianglePotentialFormula(const TriangleFrame& t, V x, V y, V z) {
                        to_vertex[i][2] * to_vertex[i][2]);
   }
   const auto dot = [](const V* a, const V* b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; };
-  const auto along = [](const V* a, const double* b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; };
+  const auto along = [](const V* a, const Real* b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; };
 
   const V height = Abs(along(to_vertex[0], t.normal));
-  V sum = height * 0.0;
+  V sum = height * Real(0);
   for (int i = 0; i < 3; ++i) {
     const int next = (i + 1) % 3;
     const V P = along(to_vertex[i], t.outward[i]);
@@ -42,8 +43,8 @@ inline V TrianglePotentialFormula(const TriangleFrame& t, V x, V y, V z) {
     const V s_minus = distance[i] + Abs(l_minus);
     const V s_plus = distance[next] + Abs(l_plus);
     const V R0_squared = P * P + height * height;
-    const auto beyond = l_minus >= 0.0;  // the whole edge lies ahead of the foot
-    const auto before = l_plus <= 0.0;
+    const auto beyond = l_minus >= Real(0);  // the whole edge lies ahead of the foot
+    const auto before = l_plus <= Real(0);
     const V numerator = Select(beyond, s_plus, Select(before, s_minus, s_minus * s_plus));
     const V denominator = Select(beyond, s_minus, Select(before, s_plus, R0_squared));
     sum = sum + P * Log((numerator + kTiny) / (denominator + kTiny));
@@ -54,7 +55,7 @@ inline V TrianglePotentialFormula(const TriangleFrame& t, V x, V y, V z) {
   const V& Rc = distance[2];
   const V opening = Ra * Rb * Rc + dot(to_vertex[0], to_vertex[1]) * Rc + dot(to_vertex[0], to_vertex[2]) * Rb +
                     dot(to_vertex[1], to_vertex[2]) * Ra;
-  const V omega = 2.0 * AtanOfRatio(t.twice_area * height + kTiny, opening);
+  const V omega = Real(2) * AtanOfRatio(t.twice_area * height + kTiny, opening);
   return sum - height * omega;
 }
 

@@ -43,7 +43,7 @@ PotentialSpreadResult PotentialSpread(const TriangleMesh& mesh, const ChargeDens
     const int count = std::min(kBlock, samples - begin);
     double integral[kBlock];
     for (std::size_t k = 0; k < mesh.triangles.size(); ++k) {
-      kernels.triangle_potential(charge::FrameOf(mesh, k), &x[begin], &y[begin], &z[begin], count, integral);
+      kernels.double_precision.triangle_potential(charge::FrameOf(mesh, k), &x[begin], &y[begin], &z[begin], count, integral);
       for (int i = 0; i < count; ++i) potential[begin + i] += charge.density[k] * integral[i];
     }
   });

@@ -85,13 +85,34 @@ TEST(Kernels, EveryInstructionSetGivesThePotentialOfTheScalarCode) {
   std::vector<double> first;
   for (const charge::Kernels* kernels : charge::UsableKernels()) {
     std::vector<double> out(points.size());
-    kernels->triangle_potential(frame, x.data(), y.data(), z.data(), static_cast<int>(out.size()), out.data());
+    kernels->double_precision.triangle_potential(frame, x.data(), y.data(), z.data(), static_cast<int>(out.size()), out.data());
     for (std::size_t i = 0; i < out.size(); ++i) {
       const double scalar = TrianglePotential(points[i], a, b, c);
       EXPECT_NEAR(out[i] / scalar, 1.0, 1e-13 * (1.0 + points[i].norm())) << kernels->name << " point " << i;
     }
     if (first.empty()) first = out;
     EXPECT_THAT(out, testing::ContainerEq(first)) << kernels->name;
+  }
+}
+
+TEST(Kernels, EveryInstructionSetGivesThePotentialNearByInSinglePrecisionToo) {
+  Random random;
+  const Vector3d a(-0.5, -0.3, 0.1), b(0.6, -0.2, 0.0), c(-0.1, 0.5, -0.1);
+  std::vector<Vector3d> points = {a, b, c, (a + b) / 2, (a + b + c) / 3, b + 0.5 * (b - a)};
+  while (points.size() < 997) points.push_back(random.Vector());
+  std::vector<float> x, y, z;
+  for (const Vector3d& p : points) x.push_back(p.x()), y.push_back(p.y()), z.push_back(p.z());
+  TriangleMesh mesh;
+  mesh.vertices = {a, b, c};
+  mesh.triangles = {{0, 1, 2}};
+  const auto frame = charge::LocalFrameOf<float>(mesh, 0, Vector3d::Zero());
+  const double greatest = TrianglePotential((a + b + c) / 3, a, b, c);
+  for (const charge::Kernels* kernels : charge::UsableKernels()) {
+    std::vector<float> out(points.size());
+    kernels->single_precision.triangle_potential(frame, x.data(), y.data(), z.data(), static_cast<int>(out.size()), out.data());
+    for (std::size_t i = 0; i < out.size(); ++i) {
+      EXPECT_NEAR(out[i] / greatest, TrianglePotential(points[i], a, b, c) / greatest, 3e-6) << kernels->name << " point " << i;
+    }
   }
 }
 
