@@ -19,9 +19,7 @@ class Masses {
     }
   }
   double Area(int begin, int end) const { return sums_[end][3] - sums_[begin][3]; }
-  Eigen::Vector3d Centre(int begin, int end) const {
-    return (sums_[end] - sums_[begin]).head<3>() / Area(begin, end);
-  }
+  Eigen::Vector3d Centre(int begin, int end) const { return (sums_[end] - sums_[begin]).head<3>() / Area(begin, end); }
 
  private:
   std::vector<Eigen::Vector4d> sums_;
@@ -30,14 +28,15 @@ class Masses {
 // A run of triangles that lies within one coarse cell.
 struct Piece {
   int coarse;
-  int begin, end;
+  double area;
+  Eigen::Vector3d centre;
 };
 
 }  // namespace
 
 template <typename Real>
 CoarseInverse::CoarseInverse(const Panels& panels, const Tree& tree, const Interactions& interactions,
-                             const NearField<Real>& near, int largest, int threads)
+                             const NearField<Real>& near, int largest, int threads, const Kernels& kernels)
     : threads_(threads), share_(tree.order.size()) {
   const int n = static_cast<int>(tree.order.size());
   for (const Cell& cell : tree.cells) {
@@ -47,9 +46,10 @@ CoarseInverse::CoarseInverse(const Panels& panels, const Tree& tree, const Inter
   std::sort(begin_.begin(), begin_.end());
   begin_.push_back(n);
   const Masses masses(panels, tree);
+  std::vector<double> area(cells());
   for (int c = 0; c < cells(); ++c) {
-    const double area = masses.Area(begin_[c], begin_[c + 1]);
-    for (int i = begin_[c]; i < begin_[c + 1]; ++i) share_[i] = panels.area[tree.order[i]] / area;
+    area[c] = masses.Area(begin_[c], begin_[c + 1]);
+    for (int i = begin_[c]; i < begin_[c + 1]; ++i) share_[i] = panels.area[tree.order[i]] / area[c];
   }
 
   // The mean potential on one cell of the unit density on another.
@@ -58,44 +58,46 @@ CoarseInverse::CoarseInverse(const Panels& panels, const Tree& tree, const Inter
   const auto coarse_of = [&](int triangle) {
     return static_cast<int>(std::upper_bound(begin_.begin(), begin_.end(), triangle) - begin_.begin()) - 1;
   };
+  int most = 0;  // triangles of a leaf
+  for (int leaf : tree.leaves) most = std::max(most, tree.cells[leaf].count());
+  const std::vector<Real> ones(most, Real(1));
   ParallelFor(cells(), threads, 1, [&](std::ptrdiff_t I) {
+    std::vector<Real> potential(most);
     const auto by_begin = [&](int leaf, int place) { return tree.cells[leaf].begin < place; };
     auto leaf = std::lower_bound(tree.leaves.begin(), tree.leaves.end(), begin_[I], by_begin) - tree.leaves.begin();
     for (; leaf < std::ssize(tree.leaves) && tree.cells[tree.leaves[leaf]].begin < begin_[I + 1]; ++leaf) {
       const Cell& target = tree.cells[tree.leaves[leaf]];
       for (std::size_t pair = interactions.near.begin[leaf]; pair < interactions.near.begin[leaf + 1]; ++pair) {
         const Cell& source = tree.cells[tree.leaves[interactions.near.source[pair]]];
-        const Real* column = near.Block(static_cast<int>(leaf), interactions.near.source[pair]);
+        std::fill(potential.begin(), potential.begin() + target.count(), Real(0));
+        LoopsOf<Real>(kernels).multiply(near.Block(pair), target.count(), source.count(), ones.data(),
+                                        potential.data());
         double sum = 0.0;
-        for (int k = 0; k < source.count(); ++k, column += target.count()) {
-          for (int i = 0; i < target.count(); ++i) sum += share_[target.begin + i] * column[i];
-        }
+        for (int i = 0; i < target.count(); ++i) sum += share_[target.begin + i] * potential[i];
         A(I, coarse_of(source.begin)) += sum;
       }
     }
   });
+  // Cells larger than the coarse ones are taken apart.
   const auto pieces_of = [&](const Cell& cell, std::vector<Piece>& pieces) {
     pieces.clear();
     for (int c = coarse_of(cell.begin); c < cells() && begin_[c] < cell.end; ++c) {
-      pieces.push_back({c, std::max(cell.begin, begin_[c]), std::min(cell.end, begin_[c + 1])});
+      const int begin = std::max(cell.begin, begin_[c]), end = std::min(cell.end, begin_[c + 1]);
+      pieces.push_back({c, masses.Area(begin, end), masses.Centre(begin, end)});
     }
   };
-  std::vector<Piece> targets, sources;
+  std::vector<std::vector<Piece>> pieces(tree.cells.size());
+  ParallelFor(std::ssize(pieces), threads, 256, [&](std::ptrdiff_t c) { pieces_of(tree.cells[c], pieces[c]); });
   for (std::size_t t = 0; t < tree.cells.size(); ++t) {
-    if (interactions.far.begin[t] == interactions.far.begin[t + 1]) continue;
-    pieces_of(tree.cells[t], targets);
     for (std::size_t pair = interactions.far.begin[t]; pair < interactions.far.begin[t + 1]; ++pair) {
-      pieces_of(tree.cells[interactions.far.source[pair]], sources);
-      for (const Piece& I : targets) {
-        const double share = masses.Area(I.begin, I.end) / masses.Area(begin_[I.coarse], begin_[I.coarse + 1]);
-        const Eigen::Vector3d centre = masses.Centre(I.begin, I.end);
-        for (const Piece& J : sources) {
-          A(I.coarse, J.coarse) += share * masses.Area(J.begin, J.end) / (masses.Centre(J.begin, J.end) - centre).norm();
+      for (const Piece& I : pieces[t]) {
+        for (const Piece& J : pieces[interactions.far.source[pair]]) {
+          A(I.coarse, J.coarse) += I.area / area[I.coarse] * J.area / (J.centre - I.centre).norm();
         }
       }
     }
   }
-  matrix_.compute(A);
+  matrix_.compute(A.cast<float>());
 }
 
 void CoarseInverse::Correct(std::span<const double> x, std::span<double> y) const {
@@ -104,16 +106,20 @@ void CoarseInverse::Correct(std::span<const double> x, std::span<double> y) cons
     for (int i = begin_[c]; i < begin_[c + 1]; ++i) sum += share_[i] * values[i];
     return sum;
   };
-  Eigen::VectorXd potential(cells());
-  ParallelFor(cells(), threads_, 16, [&](std::ptrdiff_t c) { potential[c] = mean(static_cast<int>(c), x); });
-  const Eigen::VectorXd density = matrix_.solve(potential);
+  Eigen::VectorXf potential(cells());
+  ParallelFor(cells(), threads_, 16,
+              [&](std::ptrdiff_t c) { potential[c] = static_cast<float>(mean(static_cast<int>(c), x)); });
+  const Eigen::VectorXf density = matrix_.solve(potential);
+  if (!density.allFinite()) return;
   ParallelFor(cells(), threads_, 16, [&](std::ptrdiff_t c) {
     const double lacking = density[c] - mean(static_cast<int>(c), y);
     for (int i = begin_[c]; i < begin_[c + 1]; ++i) y[i] += lacking;
   });
 }
 
-template CoarseInverse::CoarseInverse(const Panels&, const Tree&, const Interactions&, const NearField<float>&, int, int);
-template CoarseInverse::CoarseInverse(const Panels&, const Tree&, const Interactions&, const NearField<double>&, int, int);
+template CoarseInverse::CoarseInverse(const Panels&, const Tree&, const Interactions&, const NearField<float>&, int,
+                                      int, const Kernels&);
+template CoarseInverse::CoarseInverse(const Panels&, const Tree&, const Interactions&, const NearField<double>&, int,
+                                      int, const Kernels&);
 
 }  // namespace geond::charge

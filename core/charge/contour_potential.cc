@@ -104,8 +104,8 @@ void ContourPotential::FindPairs() {
       open.insert(open.end(), {{target, B.child}, {target, B.child + 1}});
     }
   }
-  near_ = SortByTarget(near, cells_.size());
-  far_ = SortByTarget(far, cells_.size());
+  near_ = SortByTarget(near, cells_.size(), threads_);
+  far_ = SortByTarget(far, cells_.size(), threads_);
 }
 
 void ContourPotential::MakeNear(const std::stop_token& stop) {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/charge/dense.h"
 
-#include <chrono>
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <memory>
 
@@ -26,8 +26,7 @@ class StripMatrix {
  public:
   static constexpr std::ptrdiff_t kRows = 256;
 
-  explicit StripMatrix(std::size_t n)
-      : n_(static_cast<std::ptrdiff_t>(n)), values_(new double[n * n + kPadding]) {}
+  explicit StripMatrix(std::size_t n) : n_(static_cast<std::ptrdiff_t>(n)), values_(new double[n * n + kPadding]) {}
 
   std::ptrdiff_t size() const { return n_; }
   std::ptrdiff_t strips() const { return (n_ + kRows - 1) / kRows; }
@@ -62,7 +61,7 @@ StripMatrix Assemble(const TriangleMesh& mesh, const Panels& panels, const Kerne
         const std::ptrdiff_t row = strip * StripMatrix::kRows;
         for (std::ptrdiff_t k = begin; k < end; ++k) {
           kernels.double_precision.triangle_potential(frames[k], &panels.x[row], &panels.y[row], &panels.z[row],
-                                     static_cast<int>(A.rows(strip)), A.column(strip, k));
+                                                      static_cast<int>(A.rows(strip)), A.column(strip, k));
         }
       }
     });

@@ -14,15 +14,24 @@
 
 namespace geond::charge {
 
-// The potential of the far pairs by multipoles: up the tree, across, and down again (Greengard and Rokhlin 1987). The step
-// across is a product of a small matrix with as many vectors as there are pairs of cells at that distance, taken together;
-// reflections leave one matrix for eight distances. Triangles are counted in the tree's order.
+// The degree of the expansions between two cells: the least at which what is left out leaps, between neighbours in the
+// target, by about `leap` of the size of a triangle there, for a density of one. The density answers a leap of the
+// potential by the leap over the triangles' size; so large cells, which bear more charge, and cells of fine triangles
+// get more.
+struct OrderRule {
+  int lowest = 2, highest = 10;
+  double leap = 0.015;
+};
+
+// The potential of the far pairs by multipoles: up the tree, across, and down again (Greengard and Rokhlin 1987). The
+// step across is a product of a small matrix with as many vectors as there are pairs of cells at that distance, taken
+// together; reflections leave one matrix for eight distances. Triangles are counted in the tree's order.
 template <typename Real>
 class FarField {
  public:
   // `rule` says which points stand for a triangle in the multipoles.
-  FarField(const TriangleMesh& mesh, const Panels& panels, const Tree& tree, const SourceLists& far, int order,
-           std::span<const RulePoint> rule, int threads, const Kernels& kernels);
+  FarField(const TriangleMesh& mesh, const Panels& panels, const Tree& tree, const SourceLists& far,
+           const OrderRule& order, std::span<const RulePoint> rule, int threads, const Kernels& kernels);
 
   // Takes in the densities x; AddPotential then has their far potential.
   void Spread(std::span<const Real> x);
@@ -31,40 +40,51 @@ class FarField {
   void AddPotential(int leaf, Real* potential) const;
 
   std::size_t bytes() const;
-  std::size_t matrices() const { return across_.size() / matrix_size(); }
+  std::size_t matrices() const { return matrices_.size(); }
+  std::ptrdiff_t multiplications() const;  // of all the matrices by their vectors
 
  private:
+  struct Matrix {
+    std::size_t begin;  // in across_
+    int stride;
+  };
+  Real* VectorOf(std::vector<Real>& vectors, int cell) {
+    return &vectors[static_cast<std::size_t>(vector_begin_[cell]) * kPadding];
+  }
   // One matrix and the pairs it serves, one after another in pairs_.
   struct Batch {
-    int matrix;
-    int begin, end;
+    int matrix, order;
+    std::size_t begin, end;
   };
-  std::size_t matrix_size() const { return static_cast<std::size_t>(count_) * stride_; }
-  void PlacePoints(const TriangleMesh& mesh, const Panels& panels);
+  void MakeBatches(const SourceLists& far, const OrderRule& rule);
+  void PlaceVectors();
   void MakeShifts();
-  void MakeBatches(const SourceLists& far);
+  void MakeLeaves(const TriangleMesh& mesh, const Panels& panels, std::span<const RulePoint> rule);
   void Gather(std::span<const Real> x);
   void Across();
   void Scatter();
 
   const Tree& tree_;
   const Kernels& kernels_;
-  std::span<const RulePoint> rule_;
-  int order_, count_, stride_, threads_;
+  int threads_;
+  int stride_ = 0;  // of the matrices that shift
 
-  std::vector<std::size_t> leaf_points_;  // of each leaf into the points, in padded counts
-  std::vector<Real> point_x_, point_y_, point_z_;     // of the rule, in half sides from the leaf's centre
-  std::vector<Real> centroid_x_, centroid_y_, centroid_z_, area_;
+  // Of each leaf, column-major: its multipoles of its densities, rows padded; and its potentials of its local
+  // expansion.
+  std::vector<std::size_t> gather_begin_, evaluate_begin_;
+  std::vector<Real> gather_, evaluate_;
 
   std::array<std::vector<Real>, 8> up_, down_;  // by the child's octant
   std::vector<Real> across_;                    // all matrices, one after another
-  std::array<std::vector<Real>, 8> signs_;      // by reflection
+  std::vector<Matrix> matrices_;
+  std::array<std::vector<Real>, 8> signs_;  // by reflection
   std::vector<CellPair> pairs_;
-  std::vector<Batch> batches_;
-  std::vector<int> group_begin_;  // batches of a group of targets; groups are served side by side
-  std::vector<int> group_cells_;  // cells of group g: from group_cells_[g] to group_cells_[g + 1]
+  std::vector<std::vector<Batch>> batches_;  // by group of targets; groups are served side by side
+  std::vector<int> group_cells_;             // cells of group g: from group_cells_[g] to group_cells_[g + 1]
 
-  std::vector<Real> multipoles_, locals_;  // a vector of stride_ for each cell
+  std::vector<int> order_;         // of each cell's expansions; -1 where none are needed
+  std::vector<int> vector_begin_;  // of each cell's, in steps of kPadding
+  std::vector<Real> multipoles_, locals_;
 };
 
 extern template class FarField<float>;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "core/base/parallel.h"
@@ -15,10 +16,11 @@
 #include "core/charge/tree.h"
 
 // The solver in order: an octree over the centroids (tree.h); who is near and who is far, by one dual traversal
-// (interactions.h); the near pairs' integrals, computed once and held (near_field.h); the far pairs by multipoles, whose
-// matrices are few because cells sit on a grid (far_field.h, harmonics.h); each leaf solved with its surroundings as
-// preconditioner (schwarz.h), and the whole coarsely (coarse.h); flexible GMRES around it all (gmres.h). Single precision carries everything but the iteration
-// itself until a tolerance below 1e-4 is asked for. Every sum is taken in an order that threads do not change.
+// (interactions.h); the near pairs' integrals, computed once and held (near_field.h); the far pairs by multipoles,
+// whose matrices are few because cells sit on a grid (far_field.h, harmonics.h); each leaf solved with its surroundings
+// as preconditioner (schwarz.h), and the whole coarsely (coarse.h); flexible GMRES around it all (gmres.h). Single
+// precision carries everything but the iteration itself until a tolerance below 1e-4 is asked for. Every sum is taken
+// in an order that threads do not change.
 namespace geond::charge {
 namespace {
 
@@ -36,6 +38,16 @@ class Stopwatch {
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
+FastSettings InDoublePrecision(FastSettings settings) {
+  settings.double_precision = true;
+  settings.order.lowest = settings.order.highest = 10;
+  settings.far.steepest = 0.43;
+  settings.leaf_capacity = 64;
+  settings.halo = 48;
+  settings.near = {4.0, 1e9, 1e9};
+  return settings;
+}
+
 template <typename Real>
 UnitPotentialSolution Solve(const TriangleMesh& mesh, const Panels& panels, const FastSettings& settings, int threads,
                             const std::stop_token& stop, const StepObserver& on_step, FastReport& report,
@@ -50,10 +62,20 @@ UnitPotentialSolution Solve(const TriangleMesh& mesh, const Panels& panels, cons
 
   step("charge: tree", 0);
   const Tree tree = BuildTree(mesh, panels, settings.leaf_capacity, threads);
-  const Interactions interactions = FindInteractions(tree, settings.far);
+  const Interactions interactions = FindInteractions(tree, settings.far, threads);
   report.tree_seconds = phase.Lap();
   step("charge: near field", 0);
-  const NearField<Real> near(mesh, panels, tree, interactions.near, settings.near, threads, kernels);
+  std::optional<NearField<Real>> held(std::in_place, mesh, panels, tree, interactions.near, settings.near, threads,
+                                      kernels);
+  if constexpr (sizeof(Real) == sizeof(float)) {
+    if (held->thin_gap()) {
+      held.reset();
+      solution = Solve<double>(mesh, panels, InDoublePrecision(settings), threads, stop, on_step, report, kernels);
+      solution.summary.message += ", in double precision, for surfaces that all but touch";
+      return solution;
+    }
+  }
+  const NearField<Real>& near = *held;
   report.near_seconds = phase.Lap();
   step("charge: far field", 0);
   const std::span<const RulePoint> rule =
@@ -61,8 +83,8 @@ UnitPotentialSolution Solve(const TriangleMesh& mesh, const Panels& panels, cons
   FarField<Real> far(mesh, panels, tree, interactions.far, settings.order, rule, threads, kernels);
   report.far_seconds = phase.Lap();
   step("charge: preconditioner", 0);
-  const SchwarzInverse inverse(panels, tree, interactions.near, near, settings.local_triangles, threads, kernels);
-  const CoarseInverse coarse(panels, tree, interactions, near, settings.coarse_triangles, threads);
+  const SchwarzInverse inverse(panels, tree, interactions.near, near, settings.halo, threads, kernels);
+  const CoarseInverse coarse(panels, tree, interactions, near, settings.coarse_triangles, threads, kernels);
   report.preconditioner_seconds = phase.Lap();
 
   report.cells = tree.cells.size();
@@ -71,6 +93,7 @@ UnitPotentialSolution Solve(const TriangleMesh& mesh, const Panels& panels, cons
   report.exact_pairs = near.exact_pairs();
   report.far_pairs = interactions.far.source.size();
   report.matrices = far.matrices();
+  report.far_multiplications = far.multiplications();
   report.near_bytes = near.bytes();
   report.far_bytes = far.bytes();
   report.preconditioner_bytes = inverse.bytes();
@@ -123,33 +146,26 @@ UnitPotentialSolution Solve(const TriangleMesh& mesh, const Panels& panels, cons
 }  // namespace
 
 // Measured against the exact matrix and, above 15,000 triangles, against a far finer solve (tests/validation/
-// charge_accuracy_validation.cc). The density is rougher than the potential: what a cell's expansion misses leaps from one
-// cell to the next, and the density answers such a leap the more, the finer the triangles are. So larger meshes get a higher
-// order and better quadratures.
+// charge_accuracy_validation.cc).
 FastSettings FastSettingsFor(double tolerance, std::size_t triangles) {
   FastSettings settings;
   settings.error = tolerance;
   settings.residual = 1e-6 * tolerance;
-  settings.coarse_triangles = std::max(settings.coarse_triangles, static_cast<int>(triangles / 200));
+  settings.coarse_triangles = std::max(settings.coarse_triangles, static_cast<int>(triangles / 400));
   if (tolerance >= kLeastSingleTolerance) {
     const bool coarse = tolerance >= 5e-4;
-    settings.order = (triangles <= 20000 ? 5 : triangles <= 300000 ? 6 : 7) + (coarse ? 0 : 2);
-    settings.near.three_points_within = triangles <= 20000 && coarse ? 4.0 : 8.0;
-    if (triangles > 300000) settings.leaf_capacity = 24;  // the near field is most of the memory
+    settings.order.leap = coarse ? 0.0006 : 0.0001;
+    settings.near = {coarse ? 1.8 : 2.5, 0.0, coarse ? 8.0 : 16.0};
     return settings;
   }
-  settings.double_precision = true;
-  settings.order = tolerance >= 1e-5 ? 10 : 12;
-  settings.far.steepest = 0.43;
-  settings.leaf_capacity = 64;
-  settings.local_triangles = 96;
-  settings.near = {4.0, 1e9, 1e9};
+  settings = InDoublePrecision(settings);
+  if (tolerance < 1e-5) settings.order.lowest = settings.order.highest = 12;
   return settings;
 }
 
-UnitPotentialSolution SolveFast(const TriangleMesh& mesh, const Panels& panels, const FastSettings& settings, int threads,
-                                const std::stop_token& stop, const StepObserver& on_step, FastReport* report,
-                                const Kernels& kernels) {
+UnitPotentialSolution SolveFast(const TriangleMesh& mesh, const Panels& panels, const FastSettings& settings,
+                                int threads, const std::stop_token& stop, const StepObserver& on_step,
+                                FastReport* report, const Kernels& kernels) {
   FastReport unread;
   FastReport& filled = report ? *report : unread;
   return settings.double_precision ? Solve<double>(mesh, panels, settings, threads, stop, on_step, filled, kernels)

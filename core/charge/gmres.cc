@@ -75,8 +75,8 @@ double Orthogonalise(const Blocks& blocks, const std::vector<std::vector<double>
   return std::sqrt(along[count]);
 }
 
-// The weighted products of the preconditioned vectors z_j with each other, and their weighted means: from them the size of
-// any combination follows without its being made.
+// The weighted products of the preconditioned vectors z_j with each other, and their weighted means: from them the size
+// of any combination follows without its being made.
 class ErrorEstimate {
  public:
   ErrorEstimate(const Blocks& blocks, std::span<const double> weights) : blocks_(blocks), weights_(weights) {}
@@ -145,11 +145,13 @@ GmresResult SolveGmres(const LinearMap& A, const LinearMap& precondition, std::s
 
   std::vector<std::vector<double>> basis(1, std::vector<double>(b.begin(), b.end()));
   for (double& value : basis[0]) value /= b_norm;
-  std::vector<std::vector<double>> R;                // upper triangle, a column an iteration
-  std::vector<double> cosine, sine, g = {b_norm};  // Givens rotations, and the right-hand side they have turned
+  std::vector<std::vector<double>> R;               // upper triangle, a column an iteration
+  std::vector<double> cosine, sine, g = {b_norm};   // Givens rotations, and the right-hand side they have turned
   std::vector<std::vector<double>> preconditioned;  // what each basis vector became
   ErrorEstimate estimate(blocks, options.weights);
-  std::vector<double> last_correction;  // parts of the residual along the basis, when it has been preconditioned already
+  std::vector<double> corrections;  // sizes of the preconditioned residuals, iteration by iteration
+  std::vector<double>
+      last_correction;  // parts of the residual along the basis, when it has been preconditioned already
   std::vector<double> w(n);
   result.summary.residual = 1.0;
   std::size_t k = 0;
@@ -167,7 +169,13 @@ GmresResult SolveGmres(const LinearMap& A, const LinearMap& precondition, std::s
         parts[j] = -sine[j] * parts[j + 1];
         parts[j + 1] *= cosine[j];
       }
-      if (k > 0) result.error_estimate = estimate.Relative(parts, BackSubstitute(R, g));
+      if (k > 0) {
+        // The correction that is still to be made, and what it leaves: it falls short by about as much as each before
+        // it fell below the last, here taken fourfold.
+        corrections.push_back(estimate.Relative(parts, BackSubstitute(R, g)));
+        result.error_estimate = corrections.back();
+        if (k > 2) result.error_estimate *= std::min(1.0, 4.0 * std::sqrt(corrections[k - 1] / corrections[k - 3]));
+      }
       if (k > 0 && result.error_estimate <= options.error_tolerance) {
         last_correction = std::move(parts);
         break;
@@ -185,7 +193,8 @@ GmresResult SolveGmres(const LinearMap& A, const LinearMap& precondition, std::s
       h[j] = upper;
     }
     const double radius = std::hypot(h[k], h[k + 1]);
-    if (!(radius > 0.0) || !std::isfinite(radius)) break;  // nothing new: the matrix is singular, or a value is not finite
+    if (!(radius > 0.0) || !std::isfinite(radius))
+      break;  // nothing new: the matrix is singular, or a value is not finite
     cosine.push_back(h[k] / radius);
     sine.push_back(h[k + 1] / radius);
     const double last = h[k + 1];

@@ -8,7 +8,8 @@
 
 namespace geond::charge {
 
-// Two cells that act on each other from afar, and which of the eight reflections their distance is.
+// Two cells that act on each other from afar: where their vectors begin, in steps of kPadding numbers, and which of the
+// eight reflections their distance is.
 struct CellPair {
   int target, source;
   int reflection;
@@ -18,51 +19,51 @@ struct CellPair {
 struct Kernels {
   const char* name;
 
-  // The loops of both precisions. Vectors of harmonics (harmonics.h) are padded with zeros to `stride` numbers, a multiple
-  // of kPadding; so are the points of a leaf, with charges 0.
+  // The loops of both precisions. Vectors of harmonics (harmonics.h) are padded to a multiple of kPadding numbers; so
+  // are the points of a leaf, with charges 0.
   template <typename Real>
   struct Loops {
-    // out[i] = integral over the triangle of dS'/|r_i - r'| at n points r_i = (x[i], y[i], z[i]). In double precision the
-    // same bits from every instruction set; in single precision good to some 1e-6 of the greatest, if the triangle lies
-    // near the origin and the points near it.
-    void (*triangle_potential)(const TriangleFrameOf<Real>& triangle, const Real* x, const Real* y, const Real* z, int n,
-                               Real* out);
+    // out[i] = integral over the triangle of dS'/|r_i - r'| at n points r_i = (x[i], y[i], z[i]). In double precision
+    // the same bits from every instruction set; in single precision good to some 1e-6 of the greatest, if the triangle
+    // lies near the origin and the points near it.
+    void (*triangle_potential)(const TriangleFrameOf<Real>& triangle, const Real* x, const Real* y, const Real* z,
+                               int n, Real* out);
 
     // y += A x for a column-major block of `rows` by `columns`. Up to kPadding numbers behind the block are read.
     void (*multiply)(const Real* A, int rows, std::ptrdiff_t columns, const Real* x, Real* y);
 
     // Column s of a column-major block of `rows` by `sources`: out[i] = sum over g of weight_g/|r_i - shift - p_g|, the
     // `points` points of source s standing one after another. x, y, z are padded.
-    void (*point_columns)(int rows, const Real* x, const Real* y, const Real* z, const Real* shift, int sources, int points,
-                          const Real* px, const Real* py, const Real* pz, const Real* weight, Real* out);
+    void (*point_columns)(int rows, const Real* x, const Real* y, const Real* z, const Real* shift, int sources,
+                          int points, const Real* px, const Real* py, const Real* pz, const Real* weight, Real* out);
 
     // Lists the i < n with |r_i - centre|^2 < reach_squared, n padded in memory, and returns how many there are.
     int (*within_reach)(int n, const Real* x, const Real* y, const Real* z, const Real* centre, Real reach_squared,
                         int* which);
 
-    // M += sum over i of q[i] U(x[i], y[i], z[i]), n padded.
-    void (*add_multipole)(int order, int n, const Real* x, const Real* y, const Real* z, const Real* q, Real* M);
+    // U[j * n + i] = U_j(x[i], y[i], z[i]), n padded.
+    void (*harmonics)(int order, int n, const Real* x, const Real* y, const Real* z, Real* U);
 
-    // out[i] += sum_j U_j(x[i], y[i], z[i]) L[j], n padded.
-    void (*add_potential)(int order, int n, const Real* x, const Real* y, const Real* z, const Real* L, Real* out);
+    // Y += K X for the first `rows` rows, a multiple of kPadding, and `columns` columns of K, column-major, a column
+    // every `stride` numbers.
+    void (*translate)(const Real* K, int columns, int rows, int stride, const Real* X, Real* Y);
 
-    // Y += K X for vectors of `stride` numbers, K column-major with `columns` columns of `stride`.
-    void (*translate)(const Real* K, int columns, int stride, const Real* X, Real* Y);
-
-    // For each pair, L[target] += S K S M[source] with S the diagonal signs of its reflection; M and L hold a vector of
-    // `stride` numbers for each cell. No two pairs share a target.
-    void (*translate_pairs)(const Real* K, int columns, int stride, const CellPair* pairs, int count,
+    // For each pair, target += S K S source with S the diagonal signs of its reflection and K the matrix between
+    // expansions of `order`; of K what takes a degree n to a degree k with n + k > order + kDegreesBeyond counts as
+    // nothing, in whole blocks of kPadding rows. M and L hold the vectors of all cells. No two pairs share a target.
+    void (*translate_pairs)(const Real* K, int order, int stride, const CellPair* pairs, int count,
                             const Real* const* signs, const Real* M, Real* L);
   };
   Loops<float> single_precision;
   Loops<double> double_precision;
 
-  // The last `own` rows of the inverse of an m by m matrix A, column-major, `own` by m. M holds the transpose of A row by
-  // row in rows of `width` numbers, width >= m + own and a multiple of kPadding, the rest of each row zero; it is destroyed.
-  // Elimination without pivoting, which the potential's matrix bears. False if a pivot vanishes.
+  // The last `own` rows of the inverse of an m by m matrix A, column-major, `own` by m. M holds the transpose of A row
+  // by row in rows of `width` numbers, width >= m + own and a multiple of kPadding, the rest of each row zero; it is
+  // destroyed. Elimination without pivoting, which the potential's matrix bears. False if a pivot vanishes.
   bool (*inverse_rows)(float* M, int m, int own, int width, float* rows);
 };
 
+constexpr int kDegreesBeyond = 2;  // with 2 the errors grow by 2 to 8 %, for half the work
 constexpr int kPadding = 16;
 constexpr int Padded(int n) { return (n + kPadding - 1) / kPadding * kPadding; }
 

@@ -31,13 +31,11 @@ void TrianglePotentialAt(const TriangleFrameOf<Real>& triangle, const Real* x, c
 
 template <typename Real>
 constexpr Kernels::Loops<Real> MakeLoops() {
-  return {TrianglePotentialAt<Real>, Multiply<Real>,  PointColumns<Real>, WithinReach<Real>, AddMultipole<Real>,
-          AddPotential<Real>,        Translate<Real>, TranslatePairs<Real>};
+  return {TrianglePotentialAt<Real>, Multiply<Real>,  PointColumns<Real>,  WithinReach<Real>,
+          Harmonics<Real>,           Translate<Real>, TranslatePairs<Real>};
 }
 
-constexpr Kernels MakeKernels(const char* name) {
-  return {name, MakeLoops<float>(), MakeLoops<double>(), InverseRows};
-}
+constexpr Kernels MakeKernels(const char* name) { return {name, MakeLoops<float>(), MakeLoops<double>(), InverseRows}; }
 
 }  // namespace
 }  // namespace geond::charge

@@ -16,9 +16,13 @@ namespace {
 template <typename Real>
 struct PackOf;
 template <>
-struct PackOf<double> { using type = DoublePack; };
+struct PackOf<double> {
+  using type = DoublePack;
+};
 template <>
-struct PackOf<float> { using type = FloatPack; };
+struct PackOf<float> {
+  using type = FloatPack;
+};
 
 template <typename Pack, typename Real>
 inline Pack Load(const Real* from) {
@@ -53,8 +57,8 @@ inline Pack MultiplyAdd(Pack a, Factor b, Pack c) {
 #endif
 }
 
-// A strip of kPacks packs of rows stays in registers while the columns go by, two at a time. The last pack of a strip may
-// reach into the next column; what it finds there is computed on and dropped.
+// A strip of kPacks packs of rows stays in registers while the columns go by, two at a time. The last pack of a strip
+// may reach into the next column; what it finds there is computed on and dropped.
 template <int kPacks, typename Real>
 inline void MultiplyStrip(const Real* A, int rows, int stride, std::ptrdiff_t columns, const Real* x, Real* y) {
   using Pack = typename PackOf<Real>::type;
@@ -138,17 +142,21 @@ inline void PointColumnsOf(int rows, const Real* x, const Real* y, const Real* z
 template <typename Real>
 void PointColumns(int rows, const Real* x, const Real* y, const Real* z, const Real* shift, int sources, int points,
                   const Real* px, const Real* py, const Real* pz, const Real* weight, Real* out) {
-  const auto columns = points == 1 ? PointColumnsOf<1, Real> : points == 3 ? PointColumnsOf<3, Real> : PointColumnsOf<7, Real>;
+  const auto columns = points == 1   ? PointColumnsOf<1, Real>
+                       : points == 3 ? PointColumnsOf<3, Real>
+                                     : PointColumnsOf<7, Real>;
   columns(rows, x, y, z, shift, sources, px, py, pz, weight, out);
 }
 
 template <typename Real>
-int WithinReach(int n, const Real* x, const Real* y, const Real* z, const Real* centre, Real reach_squared, int* which) {
+int WithinReach(int n, const Real* x, const Real* y, const Real* z, const Real* centre, Real reach_squared,
+                int* which) {
   using Pack = typename PackOf<Real>::type;
   constexpr int kLanes = sizeof(Pack) / sizeof(Real);
   int count = 0;
   for (int i = 0; i < n; i += kLanes) {
-    const Pack dx = Load<Pack>(x + i) - centre[0], dy = Load<Pack>(y + i) - centre[1], dz = Load<Pack>(z + i) - centre[2];
+    const Pack dx = Load<Pack>(x + i) - centre[0], dy = Load<Pack>(y + i) - centre[1],
+               dz = Load<Pack>(z + i) - centre[2];
     const Pack squared = dx * dx + dy * dy + dz * dz;
 #if defined(__AVX512F__)
     unsigned mask;
@@ -217,54 +225,27 @@ inline void RegularHarmonicsOf(int order, Pack x, Pack y, Pack z, Pack* U) {
 }
 
 template <typename Real>
-void AddMultipole(int order, int n, const Real* x, const Real* y, const Real* z, const Real* q, Real* M) {
+void Harmonics(int order, int n, const Real* x, const Real* y, const Real* z, Real* out) {
   using Pack = typename PackOf<Real>::type;
   constexpr int kLanes = sizeof(Pack) / sizeof(Real), kMost = (kHighestOrder + 1) * (kHighestOrder + 1);
-  const int count = (order + 1) * (order + 1);
-  Pack U[kMost], sum[kMost];
-  for (int j = 0; j < count; ++j) sum[j] = Pack{};
-  for (int i = 0; i < n; i += kLanes) {
-    RegularHarmonicsOf<Pack, Real>(order, Load<Pack>(x + i), Load<Pack>(y + i), Load<Pack>(z + i), U);
-    const Pack charge = Load<Pack>(q + i);
-    for (int j = 0; j < count; ++j) sum[j] = MultiplyAdd(charge, U[j], sum[j]);
-  }
-  for (int j = 0; j < count; ++j) {
-    Real lanes[kLanes];
-    Store(lanes, sum[j]);
-    for (int half = kLanes / 2; half > 0; half /= 2) {
-      for (int lane = 0; lane < half; ++lane) lanes[lane] += lanes[lane + half];
-    }
-    M[j] += lanes[0];
-  }
-}
-
-template <typename Real>
-void AddPotential(int order, int n, const Real* x, const Real* y, const Real* z, const Real* L, Real* out) {
-  using Pack = typename PackOf<Real>::type;
-  constexpr int kLanes = sizeof(Pack) / sizeof(Real), kMost = (kHighestOrder + 1) * (kHighestOrder + 1);
-  const int count = (order + 1) * (order + 1);
   Pack U[kMost];
   for (int i = 0; i < n; i += kLanes) {
     RegularHarmonicsOf<Pack, Real>(order, Load<Pack>(x + i), Load<Pack>(y + i), Load<Pack>(z + i), U);
-    Pack sum[4] = {Load<Pack>(out + i), {}, {}, {}};
-    int j = 0;
-    for (; j + 4 <= count; j += 4) {
-      for (int s = 0; s < 4; ++s) sum[s] = MultiplyAdd(U[j + s], L[j + s], sum[s]);
-    }
-    for (; j < count; ++j) sum[0] += U[j] * L[j];
-    Store(out + i, (sum[0] + sum[1]) + (sum[2] + sum[3]));
+    for (int j = 0; j < (order + 1) * (order + 1); ++j) Store(out + static_cast<std::ptrdiff_t>(j) * n + i, U[j]);
   }
 }
 
-// kPacks packs of rows of kVectors results, in registers while the columns go by.
-template <int kPacks, int kVectors, typename Real, typename Pack>
-inline void TranslateTile(const Real* K, int columns, int stride, const Real* X, Pack (&sum)[kVectors][kPacks]) {
+// The first kPacks packs of rows of kVectors results, in registers, while the columns from begin to end go by; the
+// vectors stand `apart` numbers apart.
+template <int kPacks, int kVectors, int kMostPacks, typename Real, typename Pack>
+inline void TranslateTile(const Real* K, int begin, int end, int stride, const Real* X, int apart,
+                          Pack (&sum)[kVectors][kMostPacks]) {
   constexpr int kLanes = sizeof(Pack) / sizeof(Real);
-  for (int k = 0; k < columns; ++k) {
+  for (int k = begin; k < end; ++k) {
     Pack column[kPacks];
     for (int p = 0; p < kPacks; ++p) column[p] = Load<Pack>(K + k * stride + p * kLanes);
     for (int v = 0; v < kVectors; ++v) {
-      for (int p = 0; p < kPacks; ++p) sum[v][p] = MultiplyAdd(column[p], X[v * stride + k], sum[v][p]);
+      for (int p = 0; p < kPacks; ++p) sum[v][p] = MultiplyAdd(column[p], X[v * apart + k], sum[v][p]);
     }
   }
 }
@@ -273,61 +254,86 @@ template <int kPacks, typename Real>
 inline void TranslateRows(const Real* K, int columns, int stride, const Real* X, Real* Y) {
   using Pack = typename PackOf<Real>::type;
   constexpr int kLanes = sizeof(Pack) / sizeof(Real);
-  Pack even[1][kPacks] = {};
-  TranslateTile<kPacks, 1, Real>(K, columns, stride, X, even);
-  for (int p = 0; p < kPacks; ++p) Store(Y + p * kLanes, Load<Pack>(Y + p * kLanes) + even[0][p]);
+  Pack sum[1][kPacks] = {};
+  TranslateTile<kPacks>(K, 0, columns, stride, X, 0, sum);
+  for (int p = 0; p < kPacks; ++p) Store(Y + p * kLanes, Load<Pack>(Y + p * kLanes) + sum[0][p]);
 }
 
 template <typename Real>
-void Translate(const Real* K, int columns, int stride, const Real* X, Real* Y) {
+void Translate(const Real* K, int columns, int rows, int stride, const Real* X, Real* Y) {
   constexpr int kLanes = kPackBytes / sizeof(Real);
   int row = 0;
-  for (; row + 4 * kLanes <= stride; row += 4 * kLanes) TranslateRows<4>(K + row, columns, stride, X, Y + row);
-  for (; row < stride; row += kLanes) TranslateRows<1>(K + row, columns, stride, X, Y + row);
+  for (; row + 4 * kLanes <= rows; row += 4 * kLanes) TranslateRows<4>(K + row, columns, stride, X, Y + row);
+  for (; row + 2 * kLanes <= rows; row += 2 * kLanes) TranslateRows<2>(K + row, columns, stride, X, Y + row);
+  for (; row < rows; row += kLanes) TranslateRows<1>(K + row, columns, stride, X, Y + row);
 }
+
+// Rows of harmonics, kPadding at a time, and the columns that act on each such block (kernels.h).
+struct BlocksOfRows {
+  int rows, columns[Padded((kHighestOrder + 1) * (kHighestOrder + 1)) / kPadding];
+  explicit BlocksOfRows(int order) : rows(Padded((order + 1) * (order + 1))) {
+    for (int block = 0, least = 0; block * kPadding < rows; ++block) {
+      while ((least + 1) * (least + 1) <= block * kPadding) ++least;  // the block's first row is of this degree
+      const int highest = std::min(order, order + kDegreesBeyond - least);
+      columns[block] = highest < 0 ? 0 : (highest + 1) * (highest + 1);
+    }
+  }
+};
 
 // The reflected multipoles of kVectors pairs, side by side; then strips of the results, reflected back and added.
 template <int kVectors, typename Real>
-inline void TranslatePairsTile(const Real* K, int columns, int stride, const CellPair* pairs, const Real* const* signs,
-                               const Real* M, Real* L) {
+inline void TranslatePairsTile(const Real* K, const BlocksOfRows& blocks, int stride, const CellPair* pairs,
+                               const Real* const* signs, const Real* M, Real* L) {
   using Pack = typename PackOf<Real>::type;
   constexpr int kLanes = sizeof(Pack) / sizeof(Real), kWide = kPackBytes == 64 ? 4 : 2;
   Real X[kVectors * Padded((kHighestOrder + 1) * (kHighestOrder + 1))];
   for (int v = 0; v < kVectors; ++v) {
-    const Real* const from = M + static_cast<std::ptrdiff_t>(pairs[v].source) * stride;
+    const Real* const from = M + static_cast<std::ptrdiff_t>(pairs[v].source) * kPadding;
     const Real* const sign = signs[pairs[v].reflection];
-    for (int j = 0; j < stride; j += kLanes) Store(X + v * stride + j, Load<Pack>(from + j) * Load<Pack>(sign + j));
+    for (int j = 0; j < blocks.rows; j += kLanes)
+      Store(X + v * blocks.rows + j, Load<Pack>(from + j) * Load<Pack>(sign + j));
   }
-  const auto add = [&](int v, int row, Pack value) {
-    Real* const to = L + static_cast<std::ptrdiff_t>(pairs[v].target) * stride + row;
-    Store(to, MultiplyAdd(value, Load<Pack>(signs[pairs[v].reflection] + row), Load<Pack>(to)));
-  };
   int row = 0;
   const auto strip = [&]<int kPacks>() {
     Pack sum[kVectors][kPacks] = {};
-    TranslateTile<kPacks, kVectors, Real>(K + row, columns, stride, X, sum);
+    // The later rows have the fewer columns.
+    int done = 0;
+    const auto columns = [&]<int kUsed>() {
+      const int end = blocks.columns[(row + (kUsed - 1) * kLanes) / kPadding];
+      TranslateTile<kUsed>(K + row, done, end, stride, X, blocks.rows, sum);
+      done = std::max(done, end);
+    };
+    if constexpr (kPacks == 4) columns.template operator()<4>();
+    if constexpr (kPacks >= 3) columns.template operator()<3>();
+    if constexpr (kPacks >= 2) columns.template operator()<2>();
+    columns.template operator()<1>();
     for (int v = 0; v < kVectors; ++v) {
-      for (int p = 0; p < kPacks; ++p) add(v, row + p * kLanes, sum[v][p]);
+      for (int p = 0; p < kPacks; ++p) {
+        const int at = row + p * kLanes;
+        Real* const to = L + static_cast<std::ptrdiff_t>(pairs[v].target) * kPadding + at;
+        Store(to, MultiplyAdd(sum[v][p], Load<Pack>(signs[pairs[v].reflection] + at), Load<Pack>(to)));
+      }
     }
     row += kPacks * kLanes;
   };
-  while (row + kWide * kLanes <= stride) strip.template operator()<kWide>();
+  while (row + kWide * kLanes <= blocks.rows) strip.template operator()<kWide>();
   if constexpr (kWide == 4) {
-    if (row + 3 * kLanes <= stride) strip.template operator()<3>();
-    if (row + 2 * kLanes <= stride) strip.template operator()<2>();
+    if (row + 3 * kLanes <= blocks.rows) strip.template operator()<3>();
+    if (row + 2 * kLanes <= blocks.rows) strip.template operator()<2>();
   }
-  if (row < stride) strip.template operator()<1>();
+  if (row < blocks.rows) strip.template operator()<1>();
 }
 
 template <typename Real>
-void TranslatePairs(const Real* K, int columns, int stride, const CellPair* pairs, int count, const Real* const* signs,
+void TranslatePairs(const Real* K, int order, int stride, const CellPair* pairs, int count, const Real* const* signs,
                     const Real* M, Real* L) {
   constexpr int kMany = kPackBytes == 64 ? 6 : 5;  // what the registers hold
+  const BlocksOfRows blocks(order);
   int i = 0;
-  for (; i + kMany <= count; i += kMany) TranslatePairsTile<kMany>(K, columns, stride, pairs + i, signs, M, L);
-  if (i + 4 <= count) TranslatePairsTile<4>(K, columns, stride, pairs + i, signs, M, L), i += 4;
-  if (i + 2 <= count) TranslatePairsTile<2>(K, columns, stride, pairs + i, signs, M, L), i += 2;
-  if (i < count) TranslatePairsTile<1>(K, columns, stride, pairs + i, signs, M, L);
+  for (; i + kMany <= count; i += kMany) TranslatePairsTile<kMany>(K, blocks, stride, pairs + i, signs, M, L);
+  if (i + 4 <= count) TranslatePairsTile<4>(K, blocks, stride, pairs + i, signs, M, L), i += 4;
+  if (i + 2 <= count) TranslatePairsTile<2>(K, blocks, stride, pairs + i, signs, M, L), i += 2;
+  if (i < count) TranslatePairsTile<1>(K, blocks, stride, pairs + i, signs, M, L);
 }
 
 }  // namespace

@@ -9,9 +9,9 @@
 #include <immintrin.h>
 #endif
 
-// Packs of numbers that are computed on side by side, as wide as the instruction set of the file that includes this, and
-// the few functions of them that the compiler does not give. Everything has internal linkage on purpose: each instruction
-// set compiles its own copy, and the linker must not take one for another.
+// Packs of numbers that are computed on side by side, as wide as the instruction set of the file that includes this,
+// and the few functions of them that the compiler does not give. Everything has internal linkage on purpose: each
+// instruction set compiles its own copy, and the linker must not take one for another.
 //
 // With double packs no product is contracted into a sum, so that each lane gives the same bits on every machine.
 namespace geond::charge {

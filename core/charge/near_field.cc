@@ -14,11 +14,13 @@
 namespace geond::charge {
 namespace {
 
-// All centroids, leaf by leaf, each leaf padded and seen from its centre.
+// All centroids, leaf by leaf, each leaf padded and seen from its centre; and as they are, in the tree's order: from
+// another centroid near by they must be seen as exactly as they lie.
 template <typename Real>
 struct LeafPoints {
   std::vector<std::size_t> begin;  // of each leaf
   std::vector<Real> x, y, z;
+  std::vector<Eigen::Vector3d> place;
 
   LeafPoints(const Tree& tree, const Panels& panels) {
     std::size_t total = 0;
@@ -27,41 +29,45 @@ struct LeafPoints {
       total += Padded(tree.cells[leaf].count());
     }
     for (auto* values : {&x, &y, &z}) values->assign(total, Real(0));
+    place.resize(panels.size());
     for (std::size_t l = 0; l < tree.leaves.size(); ++l) {
       const Cell& leaf = tree.cells[tree.leaves[l]];
       for (int i = 0; i < leaf.count(); ++i) {
         const int t = tree.order[leaf.begin + i];
         const std::size_t at = begin[l] + i;
-        x[at] = static_cast<Real>(panels.x[t] - leaf.centre.x());
-        y[at] = static_cast<Real>(panels.y[t] - leaf.centre.y());
-        z[at] = static_cast<Real>(panels.z[t] - leaf.centre.z());
+        place[leaf.begin + i] = {panels.x[t], panels.y[t], panels.z[t]};
+        const Eigen::Vector3d from_centre = place[leaf.begin + i] - leaf.centre;
+        x[at] = static_cast<Real>(from_centre.x());
+        y[at] = static_cast<Real>(from_centre.y());
+        z[at] = static_cast<Real>(from_centre.z());
       }
     }
   }
 };
 
-// The triangles of one source leaf, and the columns that they fill in the rows of the leaves near it. Kept between leaves
-// for its memory.
+// The triangles of one source leaf, and the columns that they fill in the rows of the leaves near it. Kept between
+// leaves for its memory.
 template <typename Real>
 class ColumnFiller {
  public:
-  ColumnFiller(const LeafPoints<Real>& points, const NearRule& rule, const Kernels& kernels)
-      : points_(points), rule_(rule), kernels_(kernels) {}
+  ColumnFiller(const TriangleMesh& mesh, const Panels& panels, const Tree& tree, const LeafPoints<Real>& points,
+               const NearRule& rule, const Kernels& kernels)
+      : mesh_(mesh), panels_(panels), tree_(tree), points_(points), rule_(rule), kernels_(kernels) {}
 
-  void SetSource(const TriangleMesh& mesh, const Panels& panels, const Tree& tree, const Cell& source) {
+  void SetSource(const Cell& source) {
     source_ = &source;
     frames_.clear(), reach_.clear(), centroid_.clear();
     for (Points& points : rules_) points.x.clear(), points.y.clear(), points.z.clear(), points.weight.clear();
     largest_ = 0.0;
     for (int i = source.begin; i < source.end; ++i) {
-      const int t = tree.order[i];
-      centroid_.emplace_back(panels.x[t], panels.y[t], panels.z[t]);
-      frames_.push_back(LocalFrameOf<Real>(mesh, t, centroid_.back()));
-      reach_.push_back(rule_.exact_within * panels.diameter[t]);
-      largest_ = std::max(largest_, panels.diameter[t]);
-      rules_[0].Add(kOnePoint, mesh, t, source.centre, panels.area[t]);
-      rules_[1].Add(kThreePoints, mesh, t, source.centre, panels.area[t]);
-      if (rule_.seven_points_within > 0.0) rules_[2].Add(kSevenPoints, mesh, t, source.centre, panels.area[t]);
+      const int t = tree_.order[i];
+      centroid_.emplace_back(panels_.x[t], panels_.y[t], panels_.z[t]);
+      frames_.push_back(LocalFrameOf<Real>(mesh_, t, centroid_.back()));
+      reach_.push_back(rule_.exact_within * panels_.diameter[t]);
+      largest_ = std::max(largest_, panels_.diameter[t]);
+      rules_[0].Add(kOnePoint, mesh_, t, source.centre, panels_.area[t]);
+      rules_[1].Add(kThreePoints, mesh_, t, source.centre, panels_.area[t]);
+      if (rule_.seven_points_within > 0.0) rules_[2].Add(kSevenPoints, mesh_, t, source.centre, panels_.area[t]);
     }
   }
 
@@ -74,8 +80,9 @@ class ColumnFiller {
     const int which = seven ? 2 : nearest < rule_.three_points_within ? 1 : 0;
     const Real shift[3] = {static_cast<Real>(apart.x()), static_cast<Real>(apart.y()), static_cast<Real>(apart.z())};
     const Points& rule = rules_[which];
-    LoopsOf<Real>(kernels_).point_columns(leaf.count(), &points_.x[first], &points_.y[first], &points_.z[first], shift, source_->count(), kPointCounts[which],
-                                          rule.x.data(), rule.y.data(), rule.z.data(), rule.weight.data(), values);
+    LoopsOf<Real>(kernels_).point_columns(leaf.count(), &points_.x[first], &points_.y[first], &points_.z[first], shift,
+                                          source_->count(), kPointCounts[which], rule.x.data(), rule.y.data(),
+                                          rule.z.data(), rule.weight.data(), values);
   }
 
   // A leaf near the source, and its columns.
@@ -87,36 +94,67 @@ class ColumnFiller {
   // What lies too near for quadrature, exactly: for each source triangle its points in all the leaves together. Returns
   // how many there are.
   std::size_t FillExact(std::span<const Target> targets) {
-    std::size_t total = 0;
+    const Kernels::Loops<Real>& loops = LoopsOf<Real>(kernels_);
+    std::size_t room = 0, total = 0;
+    const double largest_reach = *std::max_element(reach_.begin(), reach_.end()) + source_->centroid_radius;
+    close_.clear();
+    for (const Target& target : targets) {
+      if ((source_->centre - target.leaf->centre).norm() > largest_reach + target.leaf->centroid_radius) continue;
+      close_.push_back(target);
+      room += Padded(target.leaf->count());
+    }
+    for (auto* values : {&x_, &y_, &z_, &integral_}) values->resize(room);
+    to_.resize(room), who_.resize(room), which_.resize(room);
     for (int s = 0; s < source_->count(); ++s) {
-      x_.clear(), y_.clear(), z_.clear(), to_.clear();
-      for (const Target& target : targets) {
+      int found = 0;
+      for (const Target& target : close_) {
         const Cell& leaf = *target.leaf;
         const Eigen::Vector3d apart = centroid_[s] - leaf.centre;
         const double farthest = reach_[s] + leaf.centroid_radius;
         if (apart.squaredNorm() > farthest * farthest) continue;
         const std::size_t first = points_.begin[target.leaf_place];
-        which_.resize(Padded(leaf.count()));
-        const Real centre[3] = {static_cast<Real>(apart.x()), static_cast<Real>(apart.y()), static_cast<Real>(apart.z())};
-        const int count = LoopsOf<Real>(kernels_).within_reach(
-            leaf.count(), &points_.x[first], &points_.y[first], &points_.z[first], centre,
-            static_cast<Real>(reach_[s] * reach_[s]), which_.data());
-        for (int i = 0; i < count; ++i) {
-          const std::size_t at = first + which_[i];
-          x_.push_back(points_.x[at] - centre[0]), y_.push_back(points_.y[at] - centre[1]);
-          z_.push_back(points_.z[at] - centre[2]);
-          to_.push_back(target.values + static_cast<std::ptrdiff_t>(s) * leaf.count() + which_[i]);
+        const Real centre[3] = {static_cast<Real>(apart.x()), static_cast<Real>(apart.y()),
+                                static_cast<Real>(apart.z())};
+        const int count = loops.within_reach(leaf.count(), &points_.x[first], &points_.y[first], &points_.z[first],
+                                             centre, static_cast<Real>(reach_[s] * reach_[s]), which_.data());
+        Real* const column = target.values + static_cast<std::ptrdiff_t>(s) * leaf.count();
+        for (int k = 0; k < count; ++k, ++found) {
+          const Eigen::Vector3d seen = points_.place[leaf.begin + which_[k]] - centroid_[s];
+          x_[found] = static_cast<Real>(seen.x()), y_[found] = static_cast<Real>(seen.y());
+          z_[found] = static_cast<Real>(seen.z());
+          to_[found] = column + which_[k], who_[found] = leaf.begin + which_[k];
         }
       }
-      integral_.resize(x_.size());
-      LoopsOf<Real>(kernels_).triangle_potential(frames_[s], x_.data(), y_.data(), z_.data(), static_cast<int>(x_.size()), integral_.data());
-      for (std::size_t i = 0; i < to_.size(); ++i) *to_[i] = integral_[i];
-      total += to_.size();
+      loops.triangle_potential(frames_[s], x_.data(), y_.data(), z_.data(), found, integral_.data());
+      for (int k = 0; k < found; ++k) *to_[k] = integral_[k];
+      // None but a triangle's own centroid feels it so much, unless it lies over it or the triangle is a sliver.
+      const Real much = Real(0.75) * *std::max_element(integral_.begin(), integral_.begin() + found);
+      for (int k = 0; k < found && !thin_gap_; ++k) thin_gap_ = integral_[k] > much && FacesClosely(s, who_[k]);
+      total += found;
     }
     return total;
   }
 
+  bool thin_gap() const { return thin_gap_; }  // met so far
+
  private:
+  // Whether the triangle at a place of the tree's order lies over source triangle s, face to face and so near that
+  // single precision hardly tells the two apart.
+  bool FacesClosely(int s, int place) const {
+    constexpr double kThin = 0.006, kCoincident = 1e-12;  // diameters; what coincides no precision tells apart
+    const int triangle = tree_.order[source_->begin + s], other = tree_.order[place];
+    if (triangle == other) return false;
+    const TriangleFrame frame = FrameOf(mesh_, triangle);
+    using Map = Eigen::Map<const Eigen::Vector3d>;
+    const double height = std::abs(Map(frame.normal).dot(points_.place[place] - Map(frame.vertex[0])));
+    const double diameter = panels_.diameter[triangle];
+    if (height > kThin * diameter || height < kCoincident * diameter) return false;
+    for (int e = 0; e < 3; ++e) {
+      if (Map(frame.outward[e]).dot(points_.place[place] - Map(frame.vertex[e])) > 0.0) return false;
+    }
+    return std::abs(Map(frame.normal).dot(Map(FrameOf(mesh_, other).normal))) > 0.9;
+  }
+
   static constexpr int kPointCounts[3] = {1, 3, 7};
   // A rule's points on all triangles of the leaf, seen from its centre, with their shares of the area.
   struct Points {
@@ -131,6 +169,9 @@ class ColumnFiller {
     }
   };
 
+  const TriangleMesh& mesh_;
+  const Panels& panels_;
+  const Tree& tree_;
   const LeafPoints<Real>& points_;
   const NearRule& rule_;
   const Kernels& kernels_;
@@ -142,14 +183,16 @@ class ColumnFiller {
   std::array<Points, 3> rules_;
   std::vector<Real> x_, y_, z_, integral_;
   std::vector<Real*> to_;
-  std::vector<int> which_;
+  std::vector<int> which_, who_;
+  bool thin_gap_ = false;
+  std::vector<Target> close_;  // leaves with points within reach of some triangle of the source
 };
 
 }  // namespace
 
 template <typename Real>
-NearField<Real>::NearField(const TriangleMesh& mesh, const Panels& panels, const Tree& tree,
-                           const SourceLists& near, const NearRule& rule, int threads, const Kernels& kernels)
+NearField<Real>::NearField(const TriangleMesh& mesh, const Panels& panels, const Tree& tree, const SourceLists& near,
+                           const NearRule& rule, int threads, const Kernels& kernels)
     : tree_(tree), near_(near), kernels_(kernels), block_begin_(near.source.size()) {
   const std::size_t leaves = tree.leaves.size();
   for (std::size_t target = 0; target < leaves; ++target) {
@@ -159,7 +202,7 @@ NearField<Real>::NearField(const TriangleMesh& mesh, const Panels& panels, const
       value_count_ += rows * tree.cells[tree.leaves[near.source[pair]]].count();
     }
   }
-  values_.reset(new Real[value_count_ + kPadding]);
+  values_ = MakeLargeArray<Real>(value_count_ + kPadding);
   std::fill_n(values_.get() + value_count_, kPadding, Real(0));
 
   // A triangle's frame and points are made once, for all the leaves it is near to: so go by source.
@@ -176,22 +219,26 @@ NearField<Real>::NearField(const TriangleMesh& mesh, const Panels& panels, const
   constexpr std::ptrdiff_t kSources = 16;  // source leaves to a task
   const LeafPoints<Real> points(tree, panels);
   std::atomic<std::size_t> exact_pairs{0};
+  std::atomic<bool> thin_gap{false};
   ParallelFor((static_cast<std::ptrdiff_t>(leaves) + kSources - 1) / kSources, threads, 1, [&](std::ptrdiff_t task) {
-    ColumnFiller<Real> filler(points, rule, kernels);
+    ColumnFiller<Real> filler(mesh, panels, tree, points, rule, kernels);
     std::vector<typename ColumnFiller<Real>::Target> targets;
     const std::size_t end = std::min<std::size_t>(leaves, (task + 1) * kSources);
     for (std::size_t source = task * kSources; source < end; ++source) {
-      filler.SetSource(mesh, panels, tree, tree.cells[tree.leaves[source]]);
+      filler.SetSource(tree.cells[tree.leaves[source]]);
       targets.clear();
       for (std::size_t i = begin[source]; i < begin[source + 1]; ++i) {
         const auto& [target, pair] = by_source[i];
-        targets.push_back({static_cast<std::size_t>(target), &tree.cells[tree.leaves[target]], &values_[block_begin_[pair]]});
+        targets.push_back(
+            {static_cast<std::size_t>(target), &tree.cells[tree.leaves[target]], &values_[block_begin_[pair]]});
         filler.Fill(targets.back().leaf_place, *targets.back().leaf, targets.back().values);
       }
       exact_pairs += filler.FillExact(targets);
     }
+    if (filler.thin_gap()) thin_gap = true;
   });
   exact_pairs_ = exact_pairs;
+  thin_gap_ = thin_gap;
 }
 
 template <typename Real>

@@ -16,8 +16,8 @@ namespace geond {
 PotentialSpreadResult PotentialSpread(const TriangleMesh& mesh, const ChargeDensity& charge, std::uint64_t seed,
                                       int samples) {
   if (charge.density.size() != mesh.triangles.size() || mesh.empty()) {
-    throw std::invalid_argument("the charge density has " + std::to_string(charge.density.size()) + " values, the mesh " +
-                                std::to_string(mesh.triangles.size()) + " triangles");
+    throw std::invalid_argument("the charge density has " + std::to_string(charge.density.size()) +
+                                " values, the mesh " + std::to_string(mesh.triangles.size()) + " triangles");
   }
   if (samples < 1) throw std::invalid_argument("the spread of the potential needs one sample or more");
 
@@ -28,7 +28,8 @@ PotentialSpreadResult PotentialSpread(const TriangleMesh& mesh, const ChargeDens
   std::vector<double> x(samples), y(samples), z(samples), potential(samples, 0.0);
   for (int i = 0; i < samples; ++i) {
     const auto found = std::upper_bound(reach.begin(), reach.end(), uniform() * reach.back());
-    const auto triangle = std::min<std::ptrdiff_t>(found - reach.begin(), static_cast<std::ptrdiff_t>(reach.size()) - 1);
+    const auto triangle =
+        std::min<std::ptrdiff_t>(found - reach.begin(), static_cast<std::ptrdiff_t>(reach.size()) - 1);
     const auto& [a, b, c] = mesh.triangles[triangle];
     const double root = std::sqrt(uniform()), v = uniform();
     const Eigen::Vector3d p =
@@ -43,7 +44,8 @@ PotentialSpreadResult PotentialSpread(const TriangleMesh& mesh, const ChargeDens
     const int count = std::min(kBlock, samples - begin);
     double integral[kBlock];
     for (std::size_t k = 0; k < mesh.triangles.size(); ++k) {
-      kernels.double_precision.triangle_potential(charge::FrameOf(mesh, k), &x[begin], &y[begin], &z[begin], count, integral);
+      kernels.double_precision.triangle_potential(charge::FrameOf(mesh, k), &x[begin], &y[begin], &z[begin], count,
+                                                  integral);
       for (int i = 0; i < count; ++i) potential[begin + i] += charge.density[k] * integral[i];
     }
   });

@@ -13,10 +13,15 @@
 namespace geond::charge {
 namespace {
 
-// All centroids in the tree's order, seen from the first cell's centre, and the leaf each lies in.
+// All centroids in the tree's order, seen from the first cell's centre; the leaf each lies in, and each leaf's box of
+// them.
 struct Places {
+  struct Box {
+    float low[3], high[3];
+  };
   std::vector<float> x, y, z;
   std::vector<int> leaf;
+  std::vector<Box> box;
 
   Places(const Panels& panels, const Tree& tree) {
     const std::size_t n = panels.size();
@@ -31,97 +36,132 @@ struct Places {
         z[i] = static_cast<float>(panels.z[t] - origin.z());
         leaf[i] = static_cast<int>(l);
       }
+      Box& of = box.emplace_back();
+      for (int axis = 0; axis < 3; ++axis) {
+        const std::vector<float>& values = axis == 0 ? x : axis == 1 ? y : z;
+        const auto [low, high] = std::minmax_element(&values[cell.begin], &values[cell.begin] + cell.count());
+        of.low[axis] = *low, of.high[axis] = *high;
+      }
     }
   }
 };
 
-// The `wanted` triangles of near leaves that lie nearest to the box around the leaf's own centroids, in order.
-void ChooseHalo(int leaf, const Places& places, const Tree& tree, const SourceLists& near, int wanted,
-                std::vector<std::uint64_t>& candidates, std::vector<int>& halo) {
-  halo.clear();
-  if (wanted <= 0) return;
-  const Cell& own = tree.cells[tree.leaves[leaf]];
-  const auto [left, right] = std::minmax_element(&places.x[own.begin], &places.x[own.begin] + own.count());
-  const auto [front, back] = std::minmax_element(&places.y[own.begin], &places.y[own.begin] + own.count());
-  const auto [low, high] = std::minmax_element(&places.z[own.begin], &places.z[own.begin] + own.count());
-  candidates.clear();
-  for (std::size_t pair = near.begin[leaf]; pair < near.begin[leaf + 1]; ++pair) {
-    if (near.source[pair] == leaf) continue;
-    const Cell& cell = tree.cells[tree.leaves[near.source[pair]]];
-    for (int i = cell.begin; i < cell.end; ++i) {
-      const float dx = std::max({*left - places.x[i], places.x[i] - *right, 0.0f});
-      const float dy = std::max({*front - places.y[i], places.y[i] - *back, 0.0f});
-      const float dz = std::max({*low - places.z[i], places.z[i] - *high, 0.0f});
-      // The bits of numbers that are not negative are in the order of the numbers; the place decides between equals.
-      const auto distance = std::bit_cast<std::uint32_t>(dx * dx + dy * dy + dz * dz);
-      candidates.push_back(std::uint64_t{distance} << 32 | static_cast<std::uint32_t>(i));
-    }
+float SquaredDistance(const Places::Box& a, const Places::Box& b) {
+  float sum = 0.0f;
+  for (int axis = 0; axis < 3; ++axis) {
+    const float apart = std::max({a.low[axis] - b.high[axis], b.low[axis] - a.high[axis], 0.0f});
+    sum += apart * apart;
   }
-  if (static_cast<int>(candidates.size()) > wanted) {
-    std::nth_element(candidates.begin(), candidates.begin() + wanted, candidates.end());
-    candidates.resize(wanted);
-  }
-  for (std::uint64_t candidate : candidates) halo.push_back(static_cast<int>(candidate & 0xffffffffu));
-  std::sort(halo.begin(), halo.end());
+  return sum;
 }
 
-// Entries between the members of a local problem: those that are near each other from the near field, the rest as if the
-// charge sat at the centroid.
+// The `wanted` triangles of near leaves that lie nearest to the box around the leaf's own centroids, in order.
+class HaloChoice {
+ public:
+  HaloChoice(const Places& places, const Tree& tree, const SourceLists& near)
+      : places_(places), tree_(tree), near_(near) {}
+
+  void Choose(int leaf, int wanted, std::vector<int>& halo) {
+    halo.clear();
+    if (wanted <= 0) return;
+    // Leaves in the order of their boxes' distance; those beyond what has been found need not be looked into.
+    const Places::Box& own = places_.box[leaf];
+    leaves_.clear(), candidates_.clear();
+    for (std::size_t pair = near_.begin[leaf]; pair < near_.begin[leaf + 1]; ++pair) {
+      const int other = near_.source[pair];
+      if (other != leaf) leaves_.push_back(Key(SquaredDistance(own, places_.box[other]), other));
+    }
+    std::sort(leaves_.begin(), leaves_.end());
+    std::uint64_t farthest = ~std::uint64_t{0};  // that can still belong to the halo
+    for (std::uint64_t key : leaves_) {
+      if (key >> 32 > farthest >> 32) break;
+      const Cell& cell = tree_.cells[tree_.leaves[key & 0xffffffffu]];
+      for (int i = cell.begin; i < cell.end; ++i) {
+        const float dx = std::max({own.low[0] - places_.x[i], places_.x[i] - own.high[0], 0.0f});
+        const float dy = std::max({own.low[1] - places_.y[i], places_.y[i] - own.high[1], 0.0f});
+        const float dz = std::max({own.low[2] - places_.z[i], places_.z[i] - own.high[2], 0.0f});
+        const std::uint64_t candidate = Key(dx * dx + dy * dy + dz * dz, i);
+        if (candidate < farthest) candidates_.push_back(candidate);
+      }
+      if (static_cast<int>(candidates_.size()) <= wanted) continue;
+      std::nth_element(candidates_.begin(), candidates_.begin() + wanted, candidates_.end());
+      farthest = candidates_[wanted];
+      candidates_.resize(wanted);
+    }
+    for (std::uint64_t candidate : candidates_) halo.push_back(static_cast<int>(candidate & 0xffffffffu));
+    std::sort(halo.begin(), halo.end());
+  }
+
+ private:
+  // The bits of numbers that are not negative are in the order of the numbers; the place decides between equals.
+  static std::uint64_t Key(float squared_distance, int place) {
+    return std::uint64_t{std::bit_cast<std::uint32_t>(squared_distance)} << 32 | static_cast<std::uint32_t>(place);
+  }
+
+  const Places& places_;
+  const Tree& tree_;
+  const SourceLists& near_;
+  std::vector<std::uint64_t> leaves_, candidates_;
+};
+
+// Row k of M, `width` apart, gets the column of member k: from the near field, and as if the charge sat at the centroid
+// between members of leaves that are not near each other. Members are in the tree's order but for the leaf's own, the
+// last.
 template <typename Real>
 class LocalMatrix {
  public:
-  LocalMatrix(const Panels& panels, const Tree& tree, const Places& places, const NearField<Real>& matrix,
-              const Kernels& kernels)
-      : panels_(panels), tree_(tree), places_(places), matrix_(matrix), kernels_(kernels) {}
+  LocalMatrix(const Panels& panels, const Tree& tree, const Places& places, const NearField<Real>& matrix)
+      : panels_(panels), tree_(tree), places_(places), matrix_(matrix) {}
 
-  // Row k of M, `width` apart, has the column of member k.
   void Fill(std::span<const int> members, int width, float* M) {
-    const int m = static_cast<int>(members.size());
-    for (auto* values : {&x_, &y_, &z_}) values->assign(Padded(m), 0.0f);
-    which_.resize(Padded(m));
-    for (int i = 0; i < m; ++i) x_[i] = places_.x[members[i]], y_[i] = places_.y[members[i]], z_[i] = places_.z[members[i]];
-    const auto& loops = kernels_.single_precision;
-    constexpr float kNoShift[3] = {};
-    for (int k = 0; k < m; ++k) {
-      const int triangle = tree_.order[members[k]];
-      float* const column = M + static_cast<std::ptrdiff_t>(k) * width;
-      const float area = static_cast<float>(panels_.area[triangle]);
-      loops.point_columns(m, x_.data(), y_.data(), z_.data(), kNoShift, 1, 1, &x_[k], &y_[k], &z_[k], &area, column);
-      const float centre[3] = {x_[k], y_[k], z_[k]};
-      const float reach = kLookedUp * static_cast<float>(panels_.diameter[triangle]);
-      const int count = loops.within_reach(m, x_.data(), y_.data(), z_.data(), centre, reach * reach, which_.data());
-      const int source = places_.leaf[members[k]];
-      const Cell& source_cell = tree_.cells[tree_.leaves[source]];
-      int last_target = -1;
-      const Real* block = nullptr;
-      for (int j = 0; j < count; ++j) {
-        const int i = which_[j], target = places_.leaf[members[i]];
-        const Cell& target_cell = tree_.cells[tree_.leaves[target]];
-        if (target != last_target) block = matrix_.Block(target, source);
-        last_target = target;
-        if (!block) continue;
-        const auto at = static_cast<std::ptrdiff_t>(members[k] - source_cell.begin) * target_cell.count();
-        column[i] = static_cast<float>(block[at + members[i] - target_cell.begin]);
+    runs_.clear();
+    for (int i = 0; i < std::ssize(members); ++i) {
+      const int leaf = places_.leaf[members[i]];
+      if (runs_.empty() || runs_.back().leaf != leaf) runs_.push_back({leaf, i, i});
+      runs_.back().end = i + 1;
+    }
+    for (const Run& source : runs_) {
+      for (const Run& target : runs_) {
+        const Cell &from = tree_.cells[tree_.leaves[source.leaf]], &to = tree_.cells[tree_.leaves[target.leaf]];
+        const Real* const block = matrix_.Block(target.leaf, source.leaf);
+        for (int k = source.begin; k < source.end; ++k) {
+          float* const column = M + static_cast<std::ptrdiff_t>(k) * width;
+          if (block) {
+            const Real* const values = block + static_cast<std::ptrdiff_t>(members[k] - from.begin) * to.count();
+            for (int i = target.begin; i < target.end; ++i)
+              column[i] = static_cast<float>(values[members[i] - to.begin]);
+          } else {
+            for (int i = target.begin; i < target.end; ++i) column[i] = FromAfar(members[k], members[i]);
+          }
+        }
       }
     }
   }
 
  private:
-  static constexpr float kLookedUp = 0.7f;  // diameters within which
+  struct Run {  // members of one leaf
+    int leaf, begin, end;
+  };
+  float FromAfar(int source, int target) const {
+    const float dx = places_.x[target] - places_.x[source], dy = places_.y[target] - places_.y[source],
+                dz = places_.z[target] - places_.z[source];
+    return static_cast<float>(panels_.area[tree_.order[source]]) / std::sqrt(dx * dx + dy * dy + dz * dz);
+  }
+
   const Panels& panels_;
   const Tree& tree_;
   const Places& places_;
   const NearField<Real>& matrix_;
-  const Kernels& kernels_;
-  std::vector<float> x_, y_, z_;
-  std::vector<int> which_;
+  std::vector<Run> runs_;
 };
+
+constexpr int kMostOwn = 256;  // triangles of a leaf that is solved: more lie at one place
 
 }  // namespace
 
 template <typename Real>
 SchwarzInverse::SchwarzInverse(const Panels& panels, const Tree& tree, const SourceLists& near,
-                               const NearField<Real>& matrix, int most, int threads, const Kernels& kernels)
+                               const NearField<Real>& matrix, int halo, int threads, const Kernels& kernels)
     : tree_(tree), kernels_(kernels), threads_(threads) {
   const std::size_t leaves = tree.leaves.size();
   const Places places(panels, tree);
@@ -133,18 +173,19 @@ SchwarzInverse::SchwarzInverse(const Panels& panels, const Tree& tree, const Sou
     for (std::size_t pair = near.begin[leaf]; pair < near.begin[leaf + 1]; ++pair) {
       around += tree.cells[tree.leaves[near.source[pair]]].count();
     }
-    const int members = own > most ? 1 : std::min(most, around);
+    const int members = own > kMostOwn ? 1 : std::min(own + halo, around);
     member_begin_.push_back(member_begin_.back() + members);
     row_begin_.push_back(row_begin_.back() + static_cast<std::size_t>(members) * own);
   }
   members_.resize(member_begin_.back());
-  rows_.resize(row_begin_.back() + kPadding);
+  rows_ = MakeLargeArray<float>(row_begin_.back() + kPadding);
+  std::fill_n(&rows_[row_begin_.back()], kPadding, 0.0f);
   std::atomic<int> plain{0};
   constexpr std::ptrdiff_t kLeaves = 16;  // to a task
   ParallelFor((static_cast<std::ptrdiff_t>(leaves) + kLeaves - 1) / kLeaves, threads, 1, [&](std::ptrdiff_t task) {
-    LocalMatrix<Real> local(panels, tree, places, matrix, kernels);
-    std::vector<std::uint64_t> candidates;
-    std::vector<int> halo;
+    LocalMatrix<Real> local(panels, tree, places, matrix);
+    HaloChoice choice(places, tree, near);
+    std::vector<int> around;
     std::vector<float> M;
     const int last = static_cast<int>(std::min<std::ptrdiff_t>(leaves, (task + 1) * kLeaves));
     for (int leaf = static_cast<int>(task * kLeaves); leaf < last; ++leaf) {
@@ -152,14 +193,15 @@ SchwarzInverse::SchwarzInverse(const Panels& panels, const Tree& tree, const Sou
       const int own = cell.count(), m = static_cast<int>(member_begin_[leaf + 1] - member_begin_[leaf]);
       const std::span members(&members_[member_begin_[leaf]], static_cast<std::size_t>(m));
       const std::span rows(&rows_[row_begin_[leaf]], static_cast<std::size_t>(m) * own);
-      bool solved = own <= most;
+      bool solved = own <= kMostOwn;
       if (solved) {
         // Own triangles last: the elimination then meets their right-hand sides late.
-        ChooseHalo(leaf, places, tree, near, m - own, candidates, halo);
-        std::copy(halo.begin(), halo.end(), members.begin());
+        choice.Choose(leaf, m - own, around);
+        std::copy(around.begin(), around.end(), members.begin());
         std::iota(members.end() - own, members.end(), cell.begin);
         const int width = Padded(m + own);
-        M.assign(static_cast<std::size_t>(m) * width, 0.0f);
+        M.resize(static_cast<std::size_t>(m) * width);
+        for (int k = 0; k < m; ++k) std::fill_n(&M[static_cast<std::size_t>(k) * width + m], width - m, 0.0f);
         local.Fill(members, width, M.data());
         for (int a = 0; a < own; ++a) M[static_cast<std::size_t>(m - own + a) * width + m + a] = 1.0f;
         solved = kernels.inverse_rows(M.data(), m, own, width, rows.data()) &&

@@ -14,6 +14,6 @@ struct SourceLists {
 };
 
 // The lists of pairs (target, source), which may come in any order.
-SourceLists SortByTarget(const std::vector<std::pair<int, int>>& pairs, std::size_t targets);
+SourceLists SortByTarget(const std::vector<std::pair<int, int>>& pairs, std::size_t targets, int threads);
 
 }  // namespace geond::charge

@@ -48,8 +48,8 @@ Eigen::MatrixXd Matrix(const TriangleMesh& mesh, std::span<const charge::RulePoi
       x[i] = p.x(), y[i] = p.y(), z[i] = p.z();
     }
     for (int k = 0; k < n; ++k) {
-      charge::BestKernels().double_precision.triangle_potential(charge::FrameOf(mesh, k), x.data(), y.data(), z.data(), n,
-                                               column.data());
+      charge::BestKernels().double_precision.triangle_potential(charge::FrameOf(mesh, k), x.data(), y.data(), z.data(),
+                                                                n, column.data());
       A.col(k) += point.share * column;
     }
   }

@@ -34,8 +34,8 @@ TEST(TrianglePotential, AgreesWithFortyDigitsWhereverThePointLies) {
   ASSERT_EQ(json.at("cases").size(), 30u);
   for (const auto& placed : json.at("cases")) {
     const double exact = std::stod(placed["value"].get<std::string>());
-    const double value =
-        TrianglePotential(ToVector(placed["r"]), ToVector(placed["v"][0]), ToVector(placed["v"][1]), ToVector(placed["v"][2]));
+    const double value = TrianglePotential(ToVector(placed["r"]), ToVector(placed["v"][0]), ToVector(placed["v"][1]),
+                                           ToVector(placed["v"][2]));
     EXPECT_NEAR(value / exact, 1.0, 1e-13) << placed["name"];
   }
 }
@@ -85,7 +85,8 @@ TEST(Kernels, EveryInstructionSetGivesThePotentialOfTheScalarCode) {
   std::vector<double> first;
   for (const charge::Kernels* kernels : charge::UsableKernels()) {
     std::vector<double> out(points.size());
-    kernels->double_precision.triangle_potential(frame, x.data(), y.data(), z.data(), static_cast<int>(out.size()), out.data());
+    kernels->double_precision.triangle_potential(frame, x.data(), y.data(), z.data(), static_cast<int>(out.size()),
+                                                 out.data());
     for (std::size_t i = 0; i < out.size(); ++i) {
       const double scalar = TrianglePotential(points[i], a, b, c);
       EXPECT_NEAR(out[i] / scalar, 1.0, 1e-13 * (1.0 + points[i].norm())) << kernels->name << " point " << i;
@@ -109,9 +110,11 @@ TEST(Kernels, EveryInstructionSetGivesThePotentialNearByInSinglePrecisionToo) {
   const double greatest = TrianglePotential((a + b + c) / 3, a, b, c);
   for (const charge::Kernels* kernels : charge::UsableKernels()) {
     std::vector<float> out(points.size());
-    kernels->single_precision.triangle_potential(frame, x.data(), y.data(), z.data(), static_cast<int>(out.size()), out.data());
+    kernels->single_precision.triangle_potential(frame, x.data(), y.data(), z.data(), static_cast<int>(out.size()),
+                                                 out.data());
     for (std::size_t i = 0; i < out.size(); ++i) {
-      EXPECT_NEAR(out[i] / greatest, TrianglePotential(points[i], a, b, c) / greatest, 3e-6) << kernels->name << " point " << i;
+      EXPECT_NEAR(out[i] / greatest, TrianglePotential(points[i], a, b, c) / greatest, 3e-6)
+          << kernels->name << " point " << i;
     }
   }
 }
