@@ -228,8 +228,8 @@ void FarField<Real>::MakeBatches(const SourceLists& far, const OrderRule& rule) 
     // The key counts in half sides of the smaller cell, the matrix in those of the target.
     const int levels = Between::Levels(key);
     const Eigen::Vector3d distance = std::ldexp(1.0, -std::max(0, levels)) * Between::Distance(key);
-    CopyColumns(MultipoleToLocalMatrix(distance, std::ldexp(1.0, -levels), order), matrices_[k].stride,
-                &across_[matrices_[k].begin]);
+    CopyColumns(MultipoleToLocalMatrix(distance, std::ldexp(1.0, -levels), order, order + kDegreesBeyond),
+                matrices_[k].stride, &across_[matrices_[k].begin]);
   });
 
   // The pairs of each group, those of one kind and order together.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/charge/harmonics.h"
 
+#include <algorithm>
 #include <cmath>
 #include <complex>
 
@@ -96,19 +97,26 @@ Eigen::MatrixXd ShiftMatrix(const Eigen::Vector3d& shift, double scale, int orde
   return T;
 }
 
-Eigen::MatrixXd MultipoleToLocalMatrix(const Eigen::Vector3d& distance, double source_scale, int order) {
-  const int count = CoefficientCount(order);
-  const HarmonicTable V = Irregular(distance, 2 * order);
-  Eigen::MatrixXd K(count, count);
+Eigen::MatrixXd MultipoleToLocalMatrix(const Eigen::Vector3d& distance, double source_scale, int order,
+                                       int most_degrees) {
+  const int count = CoefficientCount(order), most = std::min(2 * order, most_degrees), width = 2 * most + 1;
+  const HarmonicTable half = Irregular(distance, most);
+  std::vector<Complex> V(static_cast<std::size_t>(most + 1) * width);  // V_n^m at n * width + most + m
+  for (int n = 0; n <= most; ++n) {
+    for (int m = -n; m <= n; ++m) V[n * width + most + m] = half(n, m);
+  }
   std::vector<double> scales(order + 1, 1.0);
   for (int n = 1; n <= order; ++n) scales[n] = source_scale * scales[n - 1];
+  Eigen::MatrixXd K = Eigen::MatrixXd::Zero(count, count);
   ForEachDegree(order, [&](int k, int l) {
     const double weight = AlternatingSign(k) * (l == 0 ? 1.0 : 2.0);  // -l gives the same again
-    ForEachDegree(order, [&](int n, int m) {
+    ForEachDegree(std::min(order, most - k), [&](int n, int m) {
       const double size = weight * scales[n];
-      const Complex plus = size * V(n + k, l + m), minus = size * AlternatingSign(m) * V(n + k, l - m);
+      const Complex* const centre = &V[(n + k) * width + most + l];
+      const Complex plus = size * centre[m], minus = size * AlternatingSign(m) * centre[-m];
       SetRows(K, k, l, CoefficientIndex(n, m, false), m == 0 ? plus : plus + minus);
-      if (m > 0) SetRows(K, k, l, CoefficientIndex(n, m, true), Complex(0, 1) * (minus - plus));
+      const Complex difference = minus - plus;
+      if (m > 0) SetRows(K, k, l, CoefficientIndex(n, m, true), {-difference.imag(), difference.real()});
     });
   });
   return K;

@@ -29,8 +29,9 @@ std::vector<double> RegularHarmonics(const Eigen::Vector3d& y, int order);
 Eigen::MatrixXd ShiftMatrix(const Eigen::Vector3d& shift, double scale, int order);
 
 // The matrix K with L = K M for a source cell at -distance from the target cell. Lengths in half sides of the target; the
-// source's half side is `source_scale` of them. |distance| must exceed the sum of both cells' radii.
-Eigen::MatrixXd MultipoleToLocalMatrix(const Eigen::Vector3d& distance, double source_scale, int order);
+// source's half side is `source_scale` of them. |distance| must exceed the sum of both cells' radii. Between degrees whose
+// sum is beyond `most_degrees` it is zero.
+Eigen::MatrixXd MultipoleToLocalMatrix(const Eigen::Vector3d& distance, double source_scale, int order, int most_degrees);
 
 // The signs s with K(reflected distance) = diag(s) K(distance) diag(s), for a reflection in x (bit 0), y (1) and z (2).
 std::vector<double> ReflectionSigns(int axes, int order);

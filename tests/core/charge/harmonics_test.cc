@@ -41,7 +41,7 @@ TEST(MultipoleToLocalMatrix, GivesThePotentialToTheOrderOfTheExpansion) {
       const Vector3d source = 0.5 * random.Vector(), target = 0.5 * random.Vector(), distance(3.0, -2.0, 1.0);
       const double source_scale = i % 2 ? 0.5 : 1.0;
       const Eigen::VectorXd L =
-          MultipoleToLocalMatrix(distance, source_scale, order) * AsVector(RegularHarmonics(source, order));
+          MultipoleToLocalMatrix(distance, source_scale, order, 2 * order) * AsVector(RegularHarmonics(source, order));
       const double potential = L.dot(AsVector(RegularHarmonics(target, order)));
       largest = std::max(largest, std::abs(potential * (distance + target - source_scale * source).norm() - 1.0));
     }
@@ -53,12 +53,12 @@ TEST(MultipoleToLocalMatrix, GivesThePotentialToTheOrderOfTheExpansion) {
 
 TEST(ReflectionSigns, LeaveOneMatrixForEightDistances) {
   const Vector3d distance(3.0, 2.0, 5.0);
-  const Eigen::MatrixXd K = MultipoleToLocalMatrix(distance, 0.5, kOrder);
+  const Eigen::MatrixXd K = MultipoleToLocalMatrix(distance, 0.5, kOrder, 2 * kOrder);
   for (int axes = 0; axes < 8; ++axes) {
     const Vector3d reflected(axes & 1 ? -3.0 : 3.0, axes & 2 ? -2.0 : 2.0, axes & 4 ? -5.0 : 5.0);
     const std::vector<double> signs = ReflectionSigns(axes, kOrder);
     const auto S = AsVector(signs).asDiagonal();
-    EXPECT_LT((MultipoleToLocalMatrix(reflected, 0.5, kOrder) - S * K * S).norm(), 1e-13 * K.norm());
+    EXPECT_LT((MultipoleToLocalMatrix(reflected, 0.5, kOrder, 2 * kOrder) - S * K * S).norm(), 1e-13 * K.norm());
   }
 }
 
