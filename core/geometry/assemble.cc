@@ -106,7 +106,9 @@ void MakeTriangles(GeometryFile& file, const PolygonList& polygons) {
   }
   if (n_split > 0) file.notes.push_back(std::to_string(n_split) + " polygons were split into triangles");
   if (n_dropped > 0)
-    file.notes.push_back(std::to_string(n_dropped) + " faces without area (a corner named twice) were left out");
+    file.notes.push_back((n_dropped == 1 ? "a face" : std::to_string(n_dropped) + " faces") +
+                         std::string(" without area (a corner named twice) ") + (n_dropped == 1 ? "was" : "were") +
+                         " left out");
 }
 
 // Normals become unit. Where some have no length: points without one are left out of a cloud if they are few, else the
