@@ -20,7 +20,7 @@ namespace geond::charge {
 // get more.
 struct OrderRule {
   int lowest = 2, highest = 10;
-  double leap = 0.015;
+  double leap = 0.0006;
 };
 
 // The potential of the far pairs by multipoles: up the tree, across, and down again (Greengard and Rokhlin 1987). The

@@ -19,12 +19,12 @@
 // (interactions.h); the near pairs' integrals, computed once and held (near_field.h); the far pairs by multipoles,
 // whose matrices are few because cells sit on a grid (far_field.h, harmonics.h); each leaf solved with its surroundings
 // as preconditioner (schwarz.h), and the whole coarsely (coarse.h); flexible GMRES around it all (gmres.h). Single
-// precision carries everything but the iteration itself until a tolerance below 1e-4 is asked for. Every sum is taken
+// precision carries everything but the iteration itself until a tolerance below 5e-4 is asked for. Every sum is taken
 // in an order that threads do not change.
 namespace geond::charge {
 namespace {
 
-constexpr double kLeastSingleTolerance = 1e-4;  // below it single precision will not do
+constexpr double kLeastSingleTolerance = 5e-4;  // below it single precision will not do on meshes of slivers
 
 class Stopwatch {
  public:
@@ -153,9 +153,7 @@ FastSettings FastSettingsFor(double tolerance, std::size_t triangles) {
   settings.residual = 1e-6 * tolerance;
   settings.coarse_triangles = std::max(settings.coarse_triangles, static_cast<int>(triangles / 400));
   if (tolerance >= kLeastSingleTolerance) {
-    const bool coarse = tolerance >= 5e-4;
-    settings.order.leap = coarse ? 0.0006 : 0.0001;
-    settings.near = {coarse ? 1.8 : 2.5, 0.0, coarse ? 8.0 : 16.0};
+    settings.near = {1.8, 0.0, 8.0};
     return settings;
   }
   settings = InDoublePrecision(settings);
